@@ -1,0 +1,99 @@
+//! Rays, and the way a ray leaves a surface without hitting it again.
+
+use crate::Vec3;
+
+/// A half-line with the interval of parameters in which hits count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where the ray starts.
+    pub origin: Vec3,
+    /// Where it goes; need not have unit length.
+    pub direction: Vec3,
+    /// Hits count from here; zero for a ray spawned by [`Ray::spawn`].
+    pub t_min: f32,
+    /// Hits count before this parameter.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The ray from `origin` along `direction`, without an end.
+    #[inline]
+    pub const fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    /// The same ray that ends at `t_max`.
+    #[inline]
+    pub const fn with_t_max(mut self, t_max: f32) -> Self {
+        self.t_max = t_max;
+        self
+    }
+
+    /// The point at parameter `t`.
+    #[inline]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + self.direction * t
+    }
+
+    /// The ray that leaves a surface at `p ± p_error` along `direction`, starting outside the error box.
+    ///
+    /// `n` is the geometric normal, either side.
+    #[inline]
+    pub fn spawn(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Self {
+        Self::new(offset_ray_origin(p, p_error, n, direction), direction)
+    }
+
+    /// The segment between two surfaces, outside the error boxes of both: `t = 1` lies just before the target.
+    ///
+    /// Each end is `(point, error, geometric normal)`. An end that lies on no surface has error and normal zero.
+    #[inline]
+    pub fn spawn_to(from: (Vec3, Vec3, Vec3), to: (Vec3, Vec3, Vec3)) -> Self {
+        let origin = offset_ray_origin(from.0, from.1, from.2, to.0 - from.0);
+        let target = offset_ray_origin(to.0, to.1, to.2, origin - to.0);
+        Self::new(origin, target - origin).with_t_max(1.0)
+    }
+}
+
+/// A point near `p`, outside the box `p ± p_error`, on the side of the surface to which `direction` points.
+///
+/// The offset goes along the geometric normal `n` (either side) until the plane through the far corner of the box, and
+/// each coordinate is then rounded away from `p`. With error and normal zero the result is `p`.
+///
+/// Source: Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., 2023, section 6.8.6.
+#[inline]
+pub fn offset_ray_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
+    let distance = n.abs().dot(p_error);
+    let offset = if direction.dot(n) < 0.0 { n * -distance } else { n * distance };
+    (p + offset).zip(offset, |coordinate, moved| {
+        if moved > 0.0 {
+            coordinate.next_up()
+        } else if moved < 0.0 {
+            coordinate.next_down()
+        } else {
+            coordinate
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spawned_rays_start_on_the_side_they_go_to() {
+        let (p, error) = (Vec3::new(1e4, -3.0, 0.125), Vec3::splat(1e-3));
+        for n in [Vec3::Z, -Vec3::Z] {
+            assert!(Ray::spawn(p, error, n, Vec3::new(0.1, 0.0, 1.0)).origin.z > p.z + error.z);
+            assert!(Ray::spawn(p, error, n, Vec3::new(0.1, 0.0, -1.0)).origin.z < p.z - error.z);
+        }
+    }
+
+    #[test]
+    fn a_segment_ends_before_its_target() {
+        let from = (Vec3::ZERO, Vec3::splat(1e-6), Vec3::Z);
+        let to = (Vec3::new(0.0, 0.0, 2.0), Vec3::splat(1e-6), Vec3::Z);
+        let ray = Ray::spawn_to(from, to);
+        assert_eq!(ray.t_max, 1.0);
+        assert!(ray.origin.z > 0.0 && ray.at(1.0).z < 2.0);
+    }
+}

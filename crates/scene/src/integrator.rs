@@ -1,0 +1,43 @@
+//! Light transport algorithms.
+
+use serde::{Deserialize, Serialize};
+
+/// A light transport algorithm with its settings. Depths count bounces: 0 shows emission, 1 adds direct light.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Integrator {
+    /// Path tracing with next-event estimation and multiple importance sampling.
+    Path {
+        /// Most bounces.
+        max_depth: u32,
+        /// How one light is chosen of many.
+        light_sampler: LightSampler,
+    },
+    /// Direct light, and mirror reflections and refractions followed as a tree (Whitted 1980).
+    Whitted {
+        /// Most reflections and refractions in a row.
+        max_depth: u32,
+    },
+    /// Share of the hemisphere that is open within a distance.
+    Ao {
+        /// Occluders farther away do not count, in metres.
+        max_distance: f32,
+    },
+    /// Shading normals as colours: (n + 1) / 2.
+    Normals,
+}
+
+/// How one light is chosen of many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LightSampler {
+    /// In proportion to emitted power.
+    Power,
+    /// All alike.
+    Uniform,
+}
+
+impl Default for Integrator {
+    /// Path tracing to pbrt's default depth.
+    fn default() -> Self {
+        Self::Path { max_depth: 5, light_sampler: LightSampler::Power }
+    }
+}

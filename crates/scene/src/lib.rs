@@ -1,0 +1,89 @@
+//! A scene as plain data.
+//!
+//! Design decision: whatever file a scene comes from, it becomes a [`SceneDesc`]: values that refer to each other by
+//! typed [`Handle`]s, that can be cloned, compared, serialised and edited, and that each know the [`Span`] of source
+//! text they came from. What is wrong with a scene is told by [`Diagnostic`]s, which point at such spans.
+//!
+//! Deliberately absent: file access (the loaders do it), and anything computed for rendering (the renderer does it).
+#![forbid(unsafe_code)]
+
+mod arena;
+mod camera;
+mod diagnostic;
+mod film;
+mod integrator;
+mod light;
+mod material;
+mod shape;
+mod source;
+mod spectrum;
+mod texture;
+
+use std::sync::Arc;
+
+use sahl_image::Image;
+use sahl_math::Transform;
+use serde::{Deserialize, Serialize};
+
+pub use arena::{Arena, Handle, Origin};
+pub use camera::{Camera, Projection};
+pub use diagnostic::{Diagnostic, Diagnostics, Severity};
+pub use film::{Film, Filter, Sampler, SamplerKind};
+pub use integrator::{Integrator, LightSampler};
+pub use light::{AreaLight, Light, Radiance};
+pub use material::{ConductorReflectance, Material, Roughness};
+pub use shape::{Geometry, PatchMesh, Shape, TriangleMesh};
+pub use source::{FileId, Location, SourceFile, Sources, Span};
+pub use spectrum::Spectrum;
+pub use texture::{FloatParam, ImageTexture, SpectrumParam, Texture, TextureFilter, UvMapping, Wrap};
+
+/// Everything that is needed to render an image, and nothing that is computed from it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct SceneDesc {
+    /// The camera.
+    pub camera: Camera,
+    /// Resolution, crop and sensor of the image.
+    pub film: Film,
+    /// Reconstruction filter of the pixels.
+    pub filter: Filter,
+    /// Source of sample points.
+    pub sampler: Sampler,
+    /// Light transport algorithm.
+    pub integrator: Integrator,
+    /// Decoded image files, shared with whoever decoded them.
+    pub images: Arena<Arc<Image>>,
+    /// Functions over surfaces.
+    pub textures: Arena<Texture>,
+    /// Surface scattering.
+    pub materials: Arena<Material>,
+    /// Meshes of triangles.
+    pub triangle_meshes: Arena<TriangleMesh>,
+    /// Meshes of bilinear patches.
+    pub patch_meshes: Arena<PatchMesh>,
+    /// Every shape, whether it stands in the world or in an object.
+    pub shapes: Arena<Shape>,
+    /// The shapes that stand in the world.
+    pub world: Vec<Handle<Shape>>,
+    /// Groups of shapes that are placed by instances.
+    pub objects: Arena<Object>,
+    /// The placements of objects.
+    pub instances: Arena<Instance>,
+    /// Lights other than emitting shapes.
+    pub lights: Arena<Light>,
+}
+
+/// A group of shapes that is built once and placed many times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Object {
+    /// The shapes of the group; their transforms lead to the object's space.
+    pub shapes: Vec<Handle<Shape>>,
+}
+
+/// One placement of an [`Object`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Instance {
+    /// What is placed.
+    pub object: Handle<Object>,
+    /// From the object's space to the world.
+    pub object_to_world: Transform,
+}
