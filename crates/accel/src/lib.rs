@@ -1,1 +1,46 @@
-//! accel
+//! Acceleration structures: geometry in, hits out.
+//!
+//! Design decision: an [`Accel`] is two levels of trees built from plain values, a [`World`], and it answers rays
+//! with indices into them. It knows shapes, and nothing of what they look like. Its layout and traversal are private, so
+//! that they may change with every processor generation while the queries stay: one ray or a slice of them, nearest
+//! hit or any.
+//!
+//! Triangles, and patches that are flat, are copied into blocks of four and tested four at a time by the watertight test of
+//! [`triangle`]. Boxes are tested conservatively. So no ray slips between two triangles that share an edge, and there is no
+//! epsilon anywhere: surface points carry error bounds, and rays that start outside them do not meet their own
+//! surface.
+//!
+//! Deliberately absent: materials, textures, motion, and any dependency on the rest of a renderer.
+//!
+//! ```
+//! use sahl_accel::{Accel, BuildOptions, Geometry, TriangleMesh, World};
+//! use sahl_math::{Ray, Vec3};
+//!
+//! let mesh = TriangleMesh { indices: [[0, 1, 2]].into(), positions: [Vec3::ZERO, Vec3::X, Vec3::Y].into() };
+//! let world = World { geometries: vec![Geometry::Triangles(mesh)], world: vec![0], ..World::default() };
+//! let accel = Accel::build(world, &BuildOptions::default());
+//! let hit = accel.intersect(&Ray::new(Vec3::new(0.25, 0.25, 1.0), -Vec3::Z)).unwrap();
+//! assert_eq!((hit.t, hit.geometry, hit.primitive), (1.0, 0, 0));
+//! ```
+
+mod accel;
+mod build;
+mod geometry;
+mod hit;
+mod instance;
+mod kernel;
+mod layout;
+mod options;
+mod primitive;
+mod stats;
+mod surface;
+mod traverse;
+mod world;
+
+pub use accel::Accel;
+pub use geometry::triangle;
+pub use hit::{Hit, SurfacePoint};
+pub use options::{BuildOptions, Builder};
+pub use stats::Stats;
+pub use traverse::TraversalCount;
+pub use world::{Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World};

@@ -17,7 +17,9 @@ mod material;
 mod shape;
 mod source;
 mod spectrum;
+pub mod suggest;
 mod texture;
+mod validate;
 
 use std::sync::Arc;
 

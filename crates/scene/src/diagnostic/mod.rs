@@ -1,5 +1,8 @@
 //! What is wrong with a scene, and where.
 
+mod locate;
+mod render;
+
 use serde::Serialize;
 
 use crate::Span;

@@ -1,0 +1,82 @@
+//! Queries: the nearest hit, and whether there is any.
+//!
+//! Both run over one of two structures, the four-wide trees or the brute-force list. What is found on the way is held by a
+//! [`Search`], which decides whether to go on: one for the nearest hit, one for any.
+
+mod list;
+mod search;
+mod wide;
+
+use sahl_math::Ray;
+
+use crate::geometry::triangle::Shear;
+use crate::kernel::NodeRay;
+pub(crate) use list::{List, ListTree};
+pub(crate) use search::{Any, Candidate, Found, Nearest, Search};
+pub(crate) use wide::{Scene, StackSize, traverse};
+
+/// What a query visited: the cost of a ray, for heat maps and comparisons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraversalCount {
+    /// Nodes whose children's boxes were tested.
+    pub nodes: u64,
+    /// Primitives that were tested; triangles are tested four at a time and counted apart.
+    pub primitives: u64,
+}
+
+/// Where a traversal reports its steps; the one that ignores them costs nothing.
+pub(crate) trait Counter {
+    fn node(&mut self);
+    fn primitives(&mut self, count: u64);
+}
+
+/// Counts nothing.
+pub(crate) struct NoCount;
+
+impl Counter for NoCount {
+    #[inline(always)]
+    fn node(&mut self) {}
+    #[inline(always)]
+    fn primitives(&mut self, _count: u64) {}
+}
+
+impl Counter for TraversalCount {
+    #[inline]
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+    #[inline]
+    fn primitives(&mut self, count: u64) {
+        self.primitives += count;
+    }
+}
+
+/// A ray with what all tests of it need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreparedRay {
+    pub(crate) ray: Ray,
+    pub(crate) shear: Shear,
+    pub(crate) node_ray: NodeRay,
+}
+
+impl PreparedRay {
+    /// `None` for a ray that hits nothing: one without direction, or not finite, or with an empty interval.
+    #[inline]
+    pub(crate) fn new(ray: &Ray) -> Option<Self> {
+        let d = ray.direction;
+        let usable = ray.origin.is_finite() && d.is_finite() && (d.x != 0.0 || d.y != 0.0 || d.z != 0.0);
+        // Negative parameters lie behind the origin and never count. NaN becomes zero here, and fails below.
+        let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
+        (usable && ray.t_min < ray.t_max).then(|| Self {
+            ray,
+            shear: Shear::new(ray.direction),
+            node_ray: NodeRay::new(&ray),
+        })
+    }
+
+    /// The largest parameter that counts: the last before `t_max`.
+    #[inline]
+    pub(crate) fn limit(&self) -> f32 {
+        self.ray.t_max.next_down()
+    }
+}

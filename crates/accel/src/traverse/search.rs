@@ -1,0 +1,100 @@
+//! What a query looks for.
+
+/// A hit on its way to becoming the result.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) t: f32,
+    /// The primitive.
+    pub(crate) id: u32,
+    /// Triangles and halves of patches: barycentric weights; curved patches: (u, v); quadrics: unused.
+    pub(crate) weights: [f32; 2],
+}
+
+/// A candidate with the instance in which it was found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    pub(crate) candidate: Candidate,
+    pub(crate) instance: u32,
+}
+
+/// Takes candidates in any order.
+pub(crate) trait Search {
+    /// Whether the order in which children are visited does not matter.
+    const ANY: bool;
+    /// The largest parameter that still counts.
+    fn limit(&self) -> f32;
+    /// Takes a candidate at or before the limit; returns whether the search is over.
+    fn offer(&mut self, candidate: Candidate) -> bool;
+    /// Says in which instance the next candidates lie.
+    fn enter_instance(&mut self, instance: u32);
+}
+
+/// Keeps the nearest hit; of equally near ones that with the lowest (instance, primitive).
+pub(crate) struct Nearest {
+    limit: f32,
+    found: Found,
+    instance: u32,
+}
+
+impl Nearest {
+    #[inline]
+    pub(crate) fn new(limit: f32) -> Self {
+        // Sorts behind every hit, so that the first one at the limit itself is taken.
+        let none = Candidate { t: limit, id: u32::MAX, weights: [0.0; 2] };
+        Self { limit, found: Found { candidate: none, instance: u32::MAX }, instance: u32::MAX }
+    }
+
+    #[inline]
+    pub(crate) fn result(self) -> Option<Found> {
+        (self.found.candidate.id != u32::MAX).then_some(self.found)
+    }
+}
+
+impl Search for Nearest {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, candidate: Candidate) -> bool {
+        let before = &self.found;
+        let comes_first = candidate.t < before.candidate.t
+            || (candidate.t == before.candidate.t
+                && (self.instance, candidate.id) < (before.instance, before.candidate.id));
+        if comes_first {
+            self.found = Found { candidate, instance: self.instance };
+            self.limit = candidate.t;
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn enter_instance(&mut self, instance: u32) {
+        self.instance = instance;
+    }
+}
+
+/// Ends at the first hit.
+pub(crate) struct Any {
+    pub(crate) limit: f32,
+}
+
+impl Search for Any {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, _candidate: Candidate) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn enter_instance(&mut self, _instance: u32) {}
+}

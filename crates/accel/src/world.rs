@@ -1,0 +1,115 @@
+//! What an acceleration structure is built from: plain values that refer to each other by index.
+//!
+//! Deliberately absent: materials, textures, names, and anything else that does not decide where a ray ends.
+
+use std::sync::Arc;
+
+use sahl_math::{Transform, Vec3};
+
+/// A shape, or a mesh of many.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Flat triangles.
+    Triangles(TriangleMesh),
+    /// Bilinear patches.
+    Patches(PatchMesh),
+    /// A sphere, whole or partial.
+    Sphere(Sphere),
+    /// A disk, a ring, or a sector of one.
+    Disk(Disk),
+    /// A cylinder without caps, whole or partial.
+    Cylinder(Cylinder),
+}
+
+/// Triangles over shared vertices, in the space of the world or of the group that holds them.
+#[derive(Clone, Debug)]
+pub struct TriangleMesh {
+    /// Vertex indices, three a triangle.
+    pub indices: Arc<[[u32; 3]]>,
+    /// Vertices.
+    pub positions: Arc<[Vec3]>,
+}
+
+/// Bilinear patches over shared vertices, in the space of the world or of the group that holds them.
+///
+/// The point at `(u, v)` is `(1−u)(1−v) p₀₀ + u (1−v) p₁₀ + (1−u) v p₀₁ + u v p₁₁`.
+#[derive(Clone, Debug)]
+pub struct PatchMesh {
+    /// Vertex indices, four a patch, in the order `(u, v)` = 00, 10, 01, 11.
+    pub indices: Arc<[[u32; 4]]>,
+    /// Vertices.
+    pub positions: Arc<[Vec3]>,
+}
+
+/// The sphere about the origin, cut at two heights and at an angle about z.
+///
+/// `u = φ / φ_max` with φ counted from +x to +y; `v` runs from 0 at `z_min` to 1 at `z_max`, linear in the polar angle.
+#[derive(Clone, Debug)]
+pub struct Sphere {
+    /// The radius, positive.
+    pub radius: f32,
+    /// One cut; the two are put in order and clamped to ± `radius`.
+    pub z_min: f32,
+    /// The other cut.
+    pub z_max: f32,
+    /// The largest azimuth in radians; clamped to at most 2π.
+    pub phi_max: f32,
+    /// From the sphere's own space to the world or the group.
+    pub to_parent: Transform,
+}
+
+/// The cylinder about z without caps, cut at an angle about z.
+///
+/// `u = φ / φ_max` with φ counted from +x to +y; `v` runs linearly from 0 at `z_min` to 1 at `z_max`.
+#[derive(Clone, Debug)]
+pub struct Cylinder {
+    /// The radius, positive.
+    pub radius: f32,
+    /// One end; the two are put in order.
+    pub z_min: f32,
+    /// The other end.
+    pub z_max: f32,
+    /// The largest azimuth in radians; clamped to at most 2π.
+    pub phi_max: f32,
+    /// From the cylinder's own space to the world or the group.
+    pub to_parent: Transform,
+}
+
+/// The disk in the plane `z = height`, with a hole if `inner_radius` is positive, cut at an angle about z.
+///
+/// `u = φ / φ_max` with φ counted from +x to +y; `v` runs linearly from 0 at `radius` to 1 at `inner_radius`.
+#[derive(Clone, Debug)]
+pub struct Disk {
+    /// The plane's z.
+    pub height: f32,
+    /// The outer radius, positive.
+    pub radius: f32,
+    /// The radius of the hole, at least zero and less than `radius`.
+    pub inner_radius: f32,
+    /// The largest azimuth in radians; clamped to at most 2π.
+    pub phi_max: f32,
+    /// From the disk's own space to the world or the group.
+    pub to_parent: Transform,
+}
+
+/// One placement of a group in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Which group.
+    pub group: u32,
+    /// From the group's space to the world.
+    pub to_world: Transform,
+}
+
+/// Everything that rays can hit. All `u32` are indices: of `geometries`, except [`Instance::group`].
+#[derive(Clone, Debug, Default)]
+pub struct World {
+    /// Shapes and meshes.
+    pub geometries: Vec<Geometry>,
+    /// The geometries that stand in the world itself.
+    pub world: Vec<u32>,
+    /// Sets of geometries that share a space of their own, to be placed by instances.
+    pub groups: Vec<Vec<u32>>,
+    /// Placements of groups.
+    pub instances: Vec<Instance>,
+}

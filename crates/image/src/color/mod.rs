@@ -1,0 +1,11 @@
+//! Colour spaces and encodings.
+//!
+//! Deliberately absent: spectra (a renderer's business), colour appearance, ICC profiles.
+
+mod encoding;
+mod matrix;
+mod space;
+
+pub use encoding::Encoding;
+pub use space::{Adaptation, Chromaticities, ColorSpace};
+pub(crate) use space::conversion;

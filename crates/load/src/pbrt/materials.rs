@@ -1,0 +1,161 @@
+//! Materials by name. A name may be used before it is defined, as in pbrt.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use sahl_scene::{Diagnostic, Handle, Material, Origin, SceneDesc, Span};
+
+use super::interpreter::{Interpreter, reader};
+use super::reader::with_choices;
+use super::report::{Report, quote};
+use super::state::{Category, CurrentMaterial};
+use super::statement::{Name, Statement};
+use super::translate::{self, MaterialKind};
+
+/// The materials by name.
+#[derive(Debug, Default)]
+pub(super) struct NamedMaterials {
+    named: BTreeMap<String, Entry>,
+    /// Materials that are copies of others.
+    aliases: BTreeMap<usize, Alias>,
+    default: Option<Handle<Material>>,
+}
+
+/// A name that is defined, used, or both.
+#[derive(Debug)]
+struct Entry {
+    handle: Handle<Material>,
+    /// Where it is defined.
+    defined: Option<Span>,
+    /// Where it is used first, if that is before.
+    used: Option<Span>,
+    interface: bool,
+}
+
+/// The material that another one is a copy of.
+#[derive(Debug)]
+struct Alias {
+    target: Handle<Material>,
+    span: Span,
+}
+
+impl NamedMaterials {
+    /// The material of shapes for which none is given.
+    pub(super) fn default_material(&mut self, scene: &mut SceneDesc) -> Handle<Material> {
+        *self.default.get_or_insert_with(|| scene.materials.push(Material::default(), Origin::default()))
+    }
+
+    /// The material called `name`; an empty place for it if it is not defined yet.
+    fn entry(&mut self, scene: &mut SceneDesc, name: &Name) -> &mut Entry {
+        self.named.entry(name.text.clone()).or_insert_with(|| Entry {
+            handle: scene.materials.push(Material::default(), Origin::named(name.text.clone(), name.span)),
+            defined: None,
+            used: Some(name.span),
+            interface: false,
+        })
+    }
+
+    /// Fills in what was used before it was defined, and reports what never was.
+    pub(super) fn resolve(&self, scene: &mut SceneDesc, report: &Report) {
+        for (text, entry) in &self.named {
+            let (None, Some(used)) = (entry.defined, entry.used) else { continue };
+            let message = format!("there is no material called {}", quote(text.as_bytes()));
+            let diagnostic = Diagnostic::error("unknown-material", used, message);
+            let defined = self.named.iter().filter(|(_, entry)| entry.defined.is_some());
+            report.push(with_choices(diagnostic, text, defined.map(|(name, _)| name.as_str())));
+        }
+        for (&index, alias) in &self.aliases {
+            let mut target = alias.target;
+            let mut steps = 0;
+            while let Some(next) = self.aliases.get(&target.index()) {
+                target = next.target;
+                steps += 1;
+                if steps > self.aliases.len() {
+                    report.error("cyclic-material", alias.span, "this material is mixed of itself");
+                    break;
+                }
+            }
+            let handle = Handle::new(u32::try_from(index).expect("handles count in 32 bits"));
+            scene.materials[handle] = scene.materials[target].clone();
+        }
+    }
+}
+
+impl Interpreter<'_> {
+    pub(super) fn material(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        let Some(kind) = self.read_material(&name.text, statement) else { return };
+        if let MaterialKind::Interface = kind {
+            self.state.material = CurrentMaterial::Interface;
+            return;
+        }
+        let handle = self.cx.scene.materials.push(Material::default(), Origin::at(statement.span));
+        self.fill_material(handle, kind, statement.span);
+        self.state.material = CurrentMaterial::Given(handle);
+    }
+
+    fn read_material(&mut self, plugin: &str, statement: &Statement) -> Option<MaterialKind> {
+        let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Material));
+        let p = reader("material", plugin, statement, &defaults, &report);
+        if statement.names.first().is_none_or(|name| name.text != plugin) {
+            p.without_effect(&["type"]);
+        }
+        let material = translate::material(&self.cx, plugin, &p);
+        p.finish();
+        material
+    }
+
+    /// Puts what a directive asks for into the place of a material.
+    fn fill_material(&mut self, handle: Handle<Material>, kind: MaterialKind, span: Span) {
+        match kind {
+            MaterialKind::Surface(material) => self.cx.scene.materials[handle] = material,
+            MaterialKind::Alias(name) => {
+                let target = self.materials.entry(&mut self.cx.scene, &name);
+                if target.interface {
+                    let message = "an `interface` can't be part of a mix";
+                    self.cx.report.error("invalid-value", name.span, message);
+                }
+                let target = target.handle;
+                self.materials.aliases.insert(handle.index(), Alias { target, span });
+            }
+            MaterialKind::Interface => {}
+        }
+    }
+
+    pub(super) fn make_named_material(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        // A material that can't be read is defined all the same: its uses are no errors.
+        let kind = self.plugin_type(statement).and_then(|plugin| self.read_material(&plugin, statement));
+        let entry = self.materials.entry(&mut self.cx.scene, name);
+        if let Some(former) = entry.defined {
+            let message = format!("material {} is defined twice", quote(name.text.as_bytes()));
+            let note = format!("the first is in {}", self.report().place(former));
+            self.report().push(Diagnostic::error("redefinition", name.span, message).with_note(note));
+            return;
+        }
+        entry.defined = Some(name.span);
+        let handle = entry.handle;
+        let Some(kind) = kind else { return };
+        if let MaterialKind::Interface = kind {
+            if let Some(used) = entry.used.filter(|used| *used != name.span) {
+                let message = "this `interface` is used before it is defined: shapes up to here are solid";
+                let note = format!("it is used in {}", self.report().place(used));
+                self.report()
+                    .push(Diagnostic::warning("unsupported-material", name.span, message).with_note(note));
+            }
+            if let Some(entry) = self.materials.named.get_mut(&name.text) {
+                entry.interface = true;
+            }
+        }
+        self.fill_material(handle, kind, statement.span);
+    }
+
+    pub(super) fn named_material(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        let entry = self.materials.entry(&mut self.cx.scene, name);
+        self.state.material = match entry.interface {
+            true => CurrentMaterial::Interface,
+            false => CurrentMaterial::Given(entry.handle),
+        };
+    }
+}

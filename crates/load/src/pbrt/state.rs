@@ -1,0 +1,105 @@
+//! What directives change until the block around them ends.
+
+use std::rc::Rc;
+
+use sahl_image::ColorSpace;
+use sahl_math::Transform;
+use sahl_scene::{AreaLight, Handle, Material};
+
+use super::parameter::Parameter;
+
+/// The graphics state.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    /// The current transforms at the start and at the end of the shutter's time.
+    pub(super) transforms: [Transform; 2],
+    /// Which of them transform directives change.
+    pub(super) active: [bool; 2],
+    pub(super) reverse_orientation: bool,
+    pub(super) material: CurrentMaterial,
+    pub(super) area_light: Option<Rc<AreaLight>>,
+    /// The space of RGB values.
+    pub(super) color_space: ColorSpace,
+    /// What `Attribute` sets, by [`Category`].
+    pub(super) defaults: [Rc<Vec<Parameter>>; 5],
+}
+
+/// The material of shapes to come.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum CurrentMaterial {
+    /// None was given.
+    Default,
+    /// One of the scene.
+    Given(Handle<Material>),
+    /// Shapes bound media only.
+    Interface,
+}
+
+/// What the parameters of `Attribute` are for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Category {
+    Shape,
+    Light,
+    Material,
+    Medium,
+    Texture,
+}
+
+/// The names of the categories.
+pub(super) const CATEGORIES: &[(&str, Category)] = &[
+    ("shape", Category::Shape),
+    ("light", Category::Light),
+    ("material", Category::Material),
+    ("medium", Category::Medium),
+    ("texture", Category::Texture),
+];
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            transforms: [Transform::IDENTITY; 2],
+            active: [true; 2],
+            reverse_orientation: false,
+            material: CurrentMaterial::Default,
+            area_light: None,
+            color_space: ColorSpace::Srgb,
+            defaults: Default::default(),
+        }
+    }
+}
+
+impl State {
+    /// The transform at the start of the shutter's time, which stands for all of it.
+    pub(super) fn transform(&self) -> Transform {
+        self.transforms[0]
+    }
+
+    /// Whether the transform changes while the shutter is open.
+    pub(super) fn moves(&self) -> bool {
+        self.transforms[0] != self.transforms[1]
+    }
+
+    /// Replaces each active transform by what `change` makes of it, unless it makes nothing of one of them.
+    pub(super) fn change(&mut self, change: impl Fn(&Transform) -> Option<Transform>) -> Option<()> {
+        let mut changed = self.transforms;
+        for (transform, active) in changed.iter_mut().zip(self.active) {
+            if active {
+                *transform = change(transform)?;
+            }
+        }
+        self.transforms = changed;
+        Some(())
+    }
+
+    /// The parameters that `Attribute` set for a category.
+    pub(super) fn defaults(&self, category: Category) -> Rc<Vec<Parameter>> {
+        Rc::clone(&self.defaults[category as usize])
+    }
+
+    /// Adds to the parameters of a category; of two with the same name the later counts.
+    pub(super) fn add_defaults(&mut self, category: Category, parameters: Vec<Parameter>) {
+        let list = Rc::make_mut(&mut self.defaults[category as usize]);
+        list.retain(|old| parameters.iter().all(|new| new.name != old.name));
+        list.extend(parameters);
+    }
+}

@@ -1,0 +1,155 @@
+//! Lights that are not shapes.
+
+use sahl_math::{Transform, Vec3};
+use sahl_scene::{Light, Origin, Radiance, Spectrum};
+
+use super::super::context::Context;
+use super::super::reader::Reader;
+use super::image::image;
+use super::lookup;
+use super::spectrum::{Role, spectrum};
+
+/// Where a light stands, and what it emits unless told.
+pub(in super::super) struct LightFrame {
+    /// The transform in force.
+    pub(in super::super) to_world: Transform,
+    /// White of the colour space in force.
+    pub(in super::super) white: Spectrum,
+}
+
+/// Reads one kind of light.
+type Read = fn(&mut Context<'_>, &Reader<'_>, &LightFrame) -> Option<Light>;
+
+const LIGHTS: &[(&str, Read)] = &[
+    ("point", point),
+    ("spot", spot),
+    ("distant", distant),
+    ("infinite", infinite),
+    ("goniometric", goniometric),
+    ("projection", projection),
+];
+
+/// Adds the light called `name`.
+pub(in super::super) fn light(cx: &mut Context<'_>, name: &str, p: &Reader<'_>, frame: &LightFrame) {
+    let Some(read) = lookup(LIGHTS, name, p) else { return };
+    if let Some(light) = read(cx, p, frame) {
+        cx.scene.lights.push(light, Origin::at(p.span()));
+    }
+}
+
+fn emission(cx: &Context<'_>, p: &Reader<'_>, name: &'static str, frame: &LightFrame) -> Spectrum {
+    spectrum(cx, p, name, Role::Illuminant).unwrap_or_else(|| frame.white.clone())
+}
+
+fn scale(p: &Reader<'_>) -> f32 {
+    p.non_negative("scale", 1.0)
+}
+
+/// A photometric quantity; pbrt ignores one that is not positive.
+fn photometric(p: &Reader<'_>, name: &'static str) -> Option<f32> {
+    p.optional_float(name).filter(|&value| value > 0.0)
+}
+
+fn point(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    Some(Light::Point {
+        intensity: emission(cx, p, "I", frame),
+        scale: scale(p),
+        power: photometric(p, "power"),
+        position: frame.to_world.point(p.point("from", Vec3::ZERO)),
+    })
+}
+
+fn goniometric(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    p.without_effect(&["filename"]);
+    p.unsupported_plugin("unsupported-light", "a `point` light is used, the same in all directions");
+    point(cx, p, frame)
+}
+
+/// The unit vector from `from` to `to` in the world.
+fn axis(p: &Reader<'_>, frame: &LightFrame) -> Option<Vec3> {
+    let (from, to) = (p.point("from", Vec3::ZERO), p.point("to", Vec3::Z));
+    let direction = frame.to_world.vector(to - from).try_normalize();
+    if direction.is_none() {
+        p.report().error("invalid-value", p.span(), format!("{}: `from` and `to` are the same point", p.what()));
+    }
+    direction
+}
+
+fn spot(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    let valid = |degrees: f32| degrees > 0.0 && degrees <= 180.0;
+    let angle = p.float_where("coneangle", 30.0, valid, "greater than 0 and at most 180 degrees");
+    let penumbra = p.non_negative("conedeltaangle", 5.0).min(angle);
+    Some(Light::Spot {
+        intensity: emission(cx, p, "I", frame),
+        scale: scale(p),
+        power: photometric(p, "power"),
+        position: frame.to_world.point(p.point("from", Vec3::ZERO)),
+        direction: axis(p, frame)?,
+        angle: angle.to_radians(),
+        penumbra: penumbra.to_radians(),
+    })
+}
+
+/// A spot light as wide as the picture, which is projected along +z.
+fn projection(_: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    p.without_effect(&["filename"]);
+    p.unsupported_plugin("unsupported-light", "a `spot` light with its angle is used, without the picture");
+    let valid = |degrees: f32| degrees > 0.0 && degrees < 180.0;
+    let fov = p.float_where("fov", 90.0, valid, "greater than 0 and less than 180 degrees");
+    Some(Light::Spot {
+        intensity: frame.white.clone(),
+        scale: scale(p),
+        power: photometric(p, "power"),
+        position: frame.to_world.point(Vec3::ZERO),
+        direction: frame.to_world.vector(Vec3::Z).try_normalize()?,
+        angle: (0.5 * fov).to_radians(),
+        penumbra: 0.0,
+    })
+}
+
+fn distant(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    Some(Light::Distant {
+        radiance: emission(cx, p, "L", frame),
+        scale: scale(p),
+        illuminance: photometric(p, "illuminance"),
+        direction: axis(p, frame)?,
+    })
+}
+
+fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
+    p.unsupported(&["portal"], "light is sampled from all directions, and not stopped outside the portal");
+    let constant = spectrum(cx, p, "L", Role::Illuminant);
+    let radiance = match p.string("filename") {
+        Some(_) if constant.is_some() => {
+            p.report().error("contradiction", p.span(), format!("{} has both `L` and `filename`", p.what()));
+            return None;
+        }
+        Some(_) => environment(cx, p)?,
+        None => Radiance::Constant(constant.unwrap_or_else(|| frame.white.clone())),
+    };
+    Some(Light::Infinite {
+        radiance,
+        scale: scale(p),
+        illuminance: photometric(p, "illuminance"),
+        light_to_world: frame.to_world,
+    })
+}
+
+/// The image of an infinite light: square and equal-area as pbrt has it, or latitude-longitude as others do.
+fn environment(cx: &mut Context<'_>, p: &Reader<'_>) -> Option<Radiance> {
+    let name = p.string("filename")?;
+    let handle = image(cx, name, None)?;
+    let (width, height) = (cx.scene.images[handle].width, cx.scene.images[handle].height);
+    if width == height {
+        return Some(Radiance::EqualArea(handle));
+    }
+    if width == 2 * height {
+        let message = format!("`{}` is twice as wide as high: it is read as a latitude-longitude map", name.text);
+        p.report().warning("environment-layout", name.span, message);
+        return Some(Radiance::LatLong(handle));
+    }
+    let message =
+        format!("an infinite light needs a square equal-area image, found {width} × {height} pixels");
+    p.report().error("environment-layout", name.span, message);
+    None
+}
