@@ -41,7 +41,7 @@ enum Structure {
 impl Accel {
     /// Builds the trees of the world and of each group.
     ///
-    /// Never panics: primitives that are not finite or have no surface, and indices out of range, are dropped and counted in
+    /// Never panics: primitives that are not finite (or reach beyond 1e18) or have no surface, and indices out of range, are dropped and counted in
     /// [`Stats::dropped`]. The result is a function of the arguments alone, whatever the number of threads.
     pub fn build(world: World, options: &BuildOptions) -> Self {
         Assembly::new(world, options).finish()
@@ -135,7 +135,10 @@ impl Accel {
         let name = self.primitives.names[found.candidate.id as usize];
         let [u, v] = match name.kind {
             Kind::Triangle | Kind::Patch => found.candidate.weights,
-            Kind::LowerHalf | Kind::UpperHalf => self.planar_parameters(name, found),
+            Kind::Half { upper, parallelogram: true } => {
+                patch::affine_parameters(upper, found.candidate.weights)
+            }
+            Kind::Half { upper, .. } => self.planar_parameters(name, upper, found.candidate.weights),
             Kind::Quadric => self.quadric_parameters(ray, name.geometry, found),
         };
         Hit {
@@ -149,11 +152,9 @@ impl Accel {
     }
 
     #[inline(never)]
-    fn planar_parameters(&self, name: PrimitiveName, found: &Found) -> [f32; 2] {
-        let [b1, b2] = found.candidate.weights;
-        self.corners(name.geometry, name.primitive).map_or([b1, b2], |corners| {
-            patch::planar_parameters(&corners, name.kind == Kind::UpperHalf, b1, b2)
-        })
+    fn planar_parameters(&self, name: PrimitiveName, upper: bool, weights: [f32; 2]) -> [f32; 2] {
+        self.corners(name.geometry, name.primitive)
+            .map_or(weights, |corners| patch::planar_parameters(&corners, upper, weights))
     }
 
     #[inline(never)]
@@ -286,7 +287,9 @@ fn triangle_vertices(world: &World, names: &[PrimitiveName], id: u32) -> [Vec3; 
             .indices
             .get(name.primitive as usize)
             .and_then(|&indices| vertices(&mesh.positions, indices))
-            .map(|corners| patch::halves(&corners)[usize::from(kind == Kind::UpperHalf)]),
+            .map(|corners| {
+                patch::halves(&corners)[usize::from(matches!(kind, Kind::Half { upper: true, .. }))]
+            }),
         _ => None,
     };
     found.unwrap_or([Vec3::splat(f32::NAN); 3])

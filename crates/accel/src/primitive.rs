@@ -12,6 +12,9 @@ use crate::world::{Geometry, PatchMesh, TriangleMesh, World};
 /// Primitives beyond this count are dropped: node and leaf references hold their place in 27 bits.
 const MAX_PRIMITIVES: usize = 1 << 27;
 
+/// Primitives that reach beyond this coordinate are dropped as if it were infinite: the tests square coordinates in `f32`.
+const MAX_COORDINATE: f32 = 1e18;
+
 /// Stands for no place among the quadrics.
 const NO_QUADRIC: u32 = u32::MAX;
 
@@ -20,10 +23,8 @@ const NO_QUADRIC: u32 = u32::MAX;
 pub(crate) enum Kind {
     /// A triangle of a mesh.
     Triangle,
-    /// The half `p₀₀ p₁₀ p₁₁` of a planar patch.
-    LowerHalf,
-    /// The half `p₀₀ p₁₁ p₀₁` of a planar patch.
-    UpperHalf,
+    /// The half `p₀₀ p₁₁ p₀₁` (upper) or `p₀₀ p₁₀ p₁₁` of a planar patch.
+    Half { upper: bool, parallelogram: bool },
     /// A patch that is not planar.
     Patch,
     /// A sphere, cylinder or disk.
@@ -66,6 +67,8 @@ pub(crate) struct Primitives {
     pub(crate) quadrics: Vec<Quadric>,
     /// For each geometry, its place in `quadrics`; [`NO_QUADRIC`] for others.
     quadric_places: Vec<u32>,
+    /// For each geometry that is a mesh of patches, how they are traced.
+    patch_kinds: Vec<Vec<PatchKind>>,
     /// How many were left out.
     pub(crate) dropped: u64,
 }
@@ -94,7 +97,11 @@ impl TreeInput {
 impl Primitives {
     /// No primitives yet, of a world with this many geometries.
     pub(crate) fn for_geometries(count: usize) -> Self {
-        Self { quadric_places: vec![NO_QUADRIC; count], ..Self::default() }
+        Self {
+            quadric_places: vec![NO_QUADRIC; count],
+            patch_kinds: vec![Vec::new(); count],
+            ..Self::default()
+        }
     }
 
     /// The prepared quadric of a geometry that is one.
@@ -106,7 +113,9 @@ impl Primitives {
     /// The memory of the lists in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let lists = size_of_val(self.names.as_slice()) + size_of_val(self.patches.as_slice());
-        (lists + size_of_val(self.quadrics.as_slice()) + size_of_val(self.quadric_places.as_slice())) as u64
+        let kinds: usize = self.patch_kinds.iter().map(|kinds| size_of_val(kinds.as_slice())).sum();
+        (lists + kinds + size_of_val(self.quadrics.as_slice()) + size_of_val(self.quadric_places.as_slice()))
+            as u64
     }
 
     /// Collects the primitives of one set of geometries: those of the world or of one group.
@@ -132,7 +141,7 @@ impl Primitives {
     pub(crate) fn collect_instances(&mut self, placed: &[PlacedGroup], input: &mut TreeInput) {
         for (place, group) in placed.iter().enumerate() {
             let bounds = group.bounds();
-            if bounds.is_empty() || !bounds_are_finite(&bounds) || self.is_full(input) {
+            if bounds.is_empty() || !are_usable(&bounds) || self.is_full(input) {
                 self.dropped += 1;
             } else {
                 input.push(Item::Instance(place as u32), bounds);
@@ -165,35 +174,44 @@ impl Primitives {
     }
 
     fn collect_patches(&mut self, geometry: u32, mesh: &PatchMesh, input: &mut TreeInput) {
+        let mut kinds = Vec::with_capacity(mesh.indices.len());
         for (primitive, indices) in mesh.indices.iter().enumerate() {
             let corners = vertices(&mesh.positions, *indices);
             let kind = corners.map_or(PatchKind::Degenerate, |corners| patch::classify(&corners));
+            kinds.push(kind);
             match (corners, kind) {
-                (Some(corners), PatchKind::Planar) if !self.is_full(input) => {
-                    for (half, kind) in
-                        patch::halves(&corners).into_iter().zip([Kind::LowerHalf, Kind::UpperHalf])
-                    {
+                (Some(corners), PatchKind::Planar | PatchKind::Parallelogram) if !self.is_full(input) => {
+                    let parallelogram = kind == PatchKind::Parallelogram;
+                    for (half, upper) in patch::halves(&corners).into_iter().zip([false, true]) {
                         if has_area(&half) {
-                            let id = self.name(geometry, primitive, kind);
+                            let id = self.name(geometry, primitive, Kind::Half { upper, parallelogram });
                             input.push(Item::Triangle(id), Bounds3::from_points(half));
                         }
                     }
                 }
                 (Some(corners), PatchKind::Curved) if !self.is_full(input) => {
                     let id = self.name(geometry, primitive, Kind::Patch);
-                    input.push(Item::Patch(self.patches.len() as u32), Bounds3::from_points(corners));
+                    input.push(Item::Patch(self.patches.len() as u32), patch::curved_bounds(&corners));
                     self.patches.push(CurvedPatch { corners, id });
                 }
                 _ => self.dropped += 1,
             }
         }
+        self.patch_kinds[geometry as usize] = kinds;
+    }
+
+    /// How a patch is traced.
+    #[inline]
+    pub(crate) fn patch_kind(&self, geometry: u32, primitive: u32) -> PatchKind {
+        let kinds = self.patch_kinds.get(geometry as usize);
+        kinds.and_then(|kinds| kinds.get(primitive as usize)).copied().unwrap_or(PatchKind::Degenerate)
     }
 
     fn collect_quadric(&mut self, geometry: u32, shape: &Geometry, input: &mut TreeInput) {
         let id = self.names.len() as u32;
         let prepared = Quadric::new(shape, id).map(|quadric| (quadric.bounds(), quadric));
         match prepared {
-            Some((bounds, quadric)) if bounds_are_finite(&bounds) && !self.is_full(input) => {
+            Some((bounds, quadric)) if are_usable(&bounds) && !self.is_full(input) => {
                 self.name(geometry, 0, Kind::Quadric);
                 self.quadric_places[geometry as usize] = self.quadrics.len() as u32;
                 input.push(Item::Quadric(self.quadrics.len() as u32), bounds);
@@ -204,14 +222,15 @@ impl Primitives {
     }
 }
 
-/// The vertices of a primitive; `None` if an index is out of range or a coordinate is not finite.
+/// The vertices of a primitive; `None` if an index is out of range or a coordinate is not finite or too
+/// large to compute with.
 #[inline]
 pub(crate) fn vertices<const N: usize>(positions: &[Vec3], indices: [u32; N]) -> Option<[Vec3; N]> {
     let mut found = [Vec3::ZERO; N];
     for (vertex, index) in found.iter_mut().zip(indices) {
         *vertex = *positions.get(index as usize)?;
     }
-    found.iter().all(|vertex| vertex.is_finite()).then_some(found)
+    found.iter().all(|&vertex| is_usable(vertex)).then_some(found)
 }
 
 /// Whether a triangle has an area other than zero.
@@ -221,8 +240,14 @@ fn has_area(vertices: &[Vec3; 3]) -> bool {
     n.x != 0.0 || n.y != 0.0 || n.z != 0.0
 }
 
-fn bounds_are_finite(bounds: &Bounds3) -> bool {
-    bounds.min.is_finite() && bounds.max.is_finite()
+/// Whether all coordinates are numbers that can be computed with.
+#[inline]
+fn is_usable(p: Vec3) -> bool {
+    p.x.abs() <= MAX_COORDINATE && p.y.abs() <= MAX_COORDINATE && p.z.abs() <= MAX_COORDINATE
+}
+
+fn are_usable(bounds: &Bounds3) -> bool {
+    is_usable(bounds.min) && is_usable(bounds.max)
 }
 
 impl Primitives {

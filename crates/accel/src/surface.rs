@@ -33,11 +33,12 @@ impl Accel {
     /// shape is given: a quadric's own, a group's, or the world's. From there it is transformed as a normal, by the
     /// transposed inverse, and flipped by nothing: not by mirroring maps, and not towards the ray.
     ///
-    /// `hit` must come from a query of this structure with this ray. Any other gives a meaningless point, or the
+    /// `hit` must come from a query of this structure with this ray; only `t_max` may have changed. Any other gives a meaningless point, or the
     /// ray's own at `hit.t`, but no panic.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let placed = self.placed_at(hit.instance);
-        let local_ray = placed.map_or(*ray, |placed| placed.local_ray(ray));
+        let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
+        let local_ray = placed.map_or(ray, |placed| placed.local_ray(&ray));
         let local = self.tree_point(&local_ray, hit);
         let (point, error, n) = match placed {
             Some(placed) => {
@@ -56,9 +57,10 @@ impl Accel {
                 .get(hit.primitive as usize)
                 .and_then(|&indices| vertices(&mesh.positions, indices))
                 .map(|vertices| triangle::surface(vertices, hit.u, hit.v)),
-            Some(Geometry::Patches(_)) => self
-                .corners(hit.geometry, hit.primitive)
-                .map(|corners| patch::surface(&corners, hit.u, hit.v)),
+            Some(Geometry::Patches(_)) => self.corners(hit.geometry, hit.primitive).map(|corners| {
+                let kind = self.primitives.patch_kind(hit.geometry, hit.primitive);
+                patch::surface(&corners, kind, hit.u, hit.v)
+            }),
             _ => None,
         };
         if let Some((p, n)) = point {

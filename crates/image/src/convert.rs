@@ -13,7 +13,8 @@ impl Image {
         let encodings: Vec<Encoding> = (0..channels).map(|channel| self.channel_encoding(channel)).collect();
         let pixels = match &self.pixels {
             Pixels::U8(values) => {
-                let tables: Vec<[f32; 256]> = encodings.iter().map(|encoding| encoding.decode_table()).collect();
+                let tables: Vec<[f32; 256]> =
+                    encodings.iter().map(|encoding| encoding.decode_table()).collect();
                 let pixels = values.chunks_exact(channels);
                 pixels.flat_map(|pixel| pixel.iter().zip(&tables).map(|(&v, t)| t[usize::from(v)])).collect()
             }
@@ -72,7 +73,8 @@ impl Image {
     /// # Errors
     /// [`ImageError::OutOfBounds`] unless all of them lie inside.
     pub fn crop(&self, x: usize, y: usize, width: usize, height: usize) -> Result<Image, ImageError> {
-        let inside = |start: usize, length: usize, size| start.checked_add(length).is_some_and(|end| end <= size);
+        let inside =
+            |start: usize, length: usize, size| start.checked_add(length).is_some_and(|end| end <= size);
         if !inside(x, width, self.width) || !inside(y, height, self.height) {
             return Err(self.out_of_bounds(format!("the rectangle of {width}x{height} pixels at ({x}, {y})")));
         }

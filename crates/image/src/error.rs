@@ -102,11 +102,13 @@ pub enum ImageError {
 
 impl ImageError {
     /// A [`ImageError::Malformed`] with the message of another library, its first letter made small.
+    #[expect(clippy::needless_pass_by_value, reason = "`map_err` hands errors over by value")]
     pub(crate) fn malformed(format: Format, message: impl ToString) -> ImageError {
         ImageError::Malformed { format, message: lower_first(&message.to_string()) }
     }
 
     /// An [`ImageError::Encode`] with the message of another library, its first letter made small.
+    #[expect(clippy::needless_pass_by_value, reason = "`map_err` hands errors over by value")]
     pub(crate) fn encode(format: Format, message: impl ToString) -> ImageError {
         ImageError::Encode { format, message: lower_first(&message.to_string()) }
     }

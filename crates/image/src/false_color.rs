@@ -67,7 +67,8 @@ pub fn signed_difference(test: &Image, reference: &Image, top: f32) -> Result<Im
 pub fn relative_error(test: &Image, reference: &Image) -> Result<Image, ImageError> {
     let pairs = pairs(test, reference)?;
     let colors = pairs.into_iter().map(|(test, reference)| {
-        let errors = test.iter().zip(reference).map(|(t, r)| (t - r).powi(2) / (r * r + RELATIVE_EPSILON as f32));
+        let errors =
+            test.iter().zip(reference).map(|(t, r)| (t - r).powi(2) / (r * r + RELATIVE_EPSILON as f32));
         let error = errors.sum::<f32>() / 3.0;
         if error.is_nan() { NOT_A_NUMBER } else { viridis((error.max(1e-12).log10() + 5.0) / 5.0) }
     });
@@ -110,8 +111,11 @@ pub fn side_by_side(images: &[Image], tone_map: &ToneMap) -> Result<Image, Image
     Image::rgb_u8(width, first.height, rows.collect())
 }
 
+/// Colours of the test and of the reference at one pixel.
+type Pair = ([f32; 3], [f32; 3]);
+
 /// The colours of two images of one size, linear with sRGB primaries.
-fn pairs(test: &Image, reference: &Image) -> Result<Vec<([f32; 3], [f32; 3])>, ImageError> {
+fn pairs(test: &Image, reference: &Image) -> Result<Vec<Pair>, ImageError> {
     let (expected, found) = ([reference.width, reference.height], [test.width, test.height]);
     if expected != found {
         return Err(ImageError::SizesDiffer { expected, found });

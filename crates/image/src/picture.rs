@@ -40,7 +40,8 @@ pub struct Metadata {
     pub offset: [i32; 2],
     /// Size of the full picture of which this may be a crop, EXR's display window; `None`: it is the full one.
     pub full_size: Option<[usize; 2]>,
-    /// Further attributes by name, in any order; they are written sorted.
+    /// Further attributes by name, in any order; they are written sorted. Of the names that OpenEXR itself defines, only
+    /// `owner`, `worldToCamera` and `worldToNDC` are allowed.
     pub attributes: Vec<(String, Attribute)>,
 }
 
@@ -53,7 +54,7 @@ pub enum Attribute {
     Int(i32),
     /// A float.
     Float(f32),
-    /// Rows of a matrix.
+    /// Four rows of four, in the order in which the file holds them.
     Matrix([f32; 16]),
 }
 

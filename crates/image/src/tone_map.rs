@@ -76,7 +76,9 @@ impl ToneMap {
     /// The values of [`ToneMap::develop`].
     pub(crate) fn display_values(&self, image: &Image) -> Vec<f32> {
         match &image.pixels {
-            Pixels::U8(values) if is_srgb(image) => return values.iter().map(|&v| f32::from(v) / 255.0).collect(),
+            Pixels::U8(values) if is_srgb(image) => {
+                return values.iter().map(|&v| f32::from(v) / 255.0).collect();
+            }
             Pixels::F32(values) if is_srgb(image) => return values.iter().map(|&v| clamp_unit(v)).collect(),
             _ => {}
         }

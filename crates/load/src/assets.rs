@@ -55,6 +55,15 @@ impl AssetSource for MemoryAssets {
     }
 }
 
+/// What a message says about a file that can't be read: the same on every system, where that matters.
+pub(crate) fn describe(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
 /// The path without `.` and, where a directory precedes it, without `..`: one spelling for one file.
 ///
 /// Purely by name, so that `link/..` is taken for the directory that holds `link`.

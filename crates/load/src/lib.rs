@@ -12,10 +12,14 @@
 #![forbid(unsafe_code)]
 
 mod assets;
+mod framing;
 mod gzip;
+mod mtl;
 mod normals;
+mod obj;
 mod pbrt;
 mod ply;
+mod words;
 
 use std::path::Path;
 
@@ -41,12 +45,17 @@ pub struct Loaded {
 pub fn load(path: &Path, assets: &dyn AssetSource) -> Loaded {
     let bytes = match assets.read(path) {
         Ok(bytes) => bytes,
-        Err(error) => return Loaded::failed("unreadable-file", format!("can't read `{}`: {error}", path.display())),
+        Err(error) => {
+            let message = format!("can't read `{}`: {}", path.display(), assets::describe(&error));
+            return Loaded::failed("unreadable-file", message);
+        }
     };
     let name = path.to_string_lossy();
     let lower = name.to_ascii_lowercase();
     match lower.strip_suffix(".gz").unwrap_or(&lower).rsplit_once('.') {
         Some((_, "pbrt")) => pbrt::read(&name, bytes, assets),
+        Some((_, "ply")) => ply::load(&name, bytes),
+        Some((_, "obj")) => obj::load(&name, bytes, assets),
         _ => Loaded::failed("unknown-format", format!("no reader for `{name}`: expected `.pbrt`, `.ply` or `.obj`")),
     }
 }

@@ -181,12 +181,17 @@ impl Messages {
         self.told.push(diagnostic);
     }
 
+    /// Whether there is an error among them.
+    pub(crate) fn has_errors(&self) -> bool {
+        self.told.has_errors()
+    }
+
     /// The messages, with the numbers of those that were not told.
     pub(crate) fn finish(mut self) -> Diagnostics {
         for ((code, severity), count) in self.counts {
             if count > LIMIT {
                 let message = format!("{} more messages of this kind", count - LIMIT);
-                let rest = Diagnostic::warning(code, span(self.file, 0, 0), message);
+                let rest = Diagnostic::warning(code, Span::of_file(self.file), message);
                 self.told.push(Diagnostic { severity, ..rest });
             }
         }
@@ -205,21 +210,18 @@ mod tests {
 
     #[test]
     fn words_end_at_blanks_and_comments() {
-        assert_eq!(words("v 1\t2 # three\r\n\n#x\nf 1/2 a#b"), [
-            vec!["v", "1", "2"],
-            vec![],
-            vec![],
-            vec!["f", "1/2", "a#b"]
-        ]);
+        assert_eq!(
+            words("v 1\t2 # three\r\n\n#x\nf 1/2 a#b"),
+            [vec!["v", "1", "2"], vec![], vec![], vec!["f", "1/2", "a#b"]]
+        );
     }
 
     #[test]
     fn a_backslash_joins_lines_unless_it_ends_a_name() {
-        assert_eq!(words("f 1 \\\n 2 \\\r\n3\nmap_Kd dir\\\nv"), [
-            vec!["f", "1", "2", "3"],
-            vec!["map_Kd", "dir\\"],
-            vec!["v"]
-        ]);
+        assert_eq!(
+            words("f 1 \\\n 2 \\\r\n3\nmap_Kd dir\\\nv"),
+            [vec!["f", "1", "2", "3"], vec!["map_Kd", "dir\\"], vec!["v"]]
+        );
         assert_eq!(words("f 1 \\"), [vec!["f", "1"]]);
     }
 

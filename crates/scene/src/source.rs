@@ -29,6 +29,11 @@ pub struct Span {
 }
 
 impl Span {
+    /// The file as a whole: messages with this span name the file and no place in it.
+    pub const fn of_file(file: FileId) -> Self {
+        Self { file, start: u32::MAX, end: u32::MAX }
+    }
+
     /// From the start of this span to the end of `other`, which lies in the same file.
     pub fn to(self, other: Span) -> Self {
         Self { end: other.end, ..self }

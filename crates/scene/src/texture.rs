@@ -12,7 +12,7 @@ use crate::{Handle, Spectrum};
 pub enum FloatParam {
     /// The same everywhere.
     Constant(f32),
-    /// The first channel of a texture.
+    /// A texture; of a colour, the mean of its components.
     Texture(Handle<Texture>),
 }
 
@@ -72,7 +72,7 @@ pub struct ImageTexture {
     pub filter: TextureFilter,
     /// Factor on the values.
     pub scale: f32,
-    /// Whether values are subtracted from one, before scaling.
+    /// Whether values, after scaling, are subtracted from one.
     pub invert: bool,
 }
 

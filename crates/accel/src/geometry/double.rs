@@ -53,13 +53,9 @@ impl DVec3 {
     /// The unit vector in `f32`; `fallback` where there is no direction.
     #[inline]
     pub(crate) fn unit_or(self, fallback: Vec3) -> Vec3 {
-        // Scaled first: the square of a small length would underflow.
-        let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
-        if !(largest > 0.0 && largest.is_finite()) {
-            return fallback;
-        }
-        let scaled = self * (1.0 / largest);
-        (scaled * (1.0 / scaled.length())).to_f32()
+        // Products of two lengths within the range of `f32`: their squares neither underflow nor overflow.
+        let length = self.length();
+        if length > 0.0 && length.is_finite() { (self * (1.0 / length)).to_f32() } else { fallback }
     }
 
     /// The point in `f32`, and how far it may lie from the true one, known here to within `error`.

@@ -7,7 +7,7 @@
 //! Both ways decide at the patch's borders by the edge functions of the watertight triangle test, so that patches
 //! and triangles that share an edge leave no gap.
 
-use sahl_math::{Ray, Vec3};
+use sahl_math::{Bounds3, Ray, Vec3};
 
 use super::double::DVec3;
 use super::triangle::Shear;
@@ -20,6 +20,8 @@ pub(crate) type Corners = [Vec3; 4];
 pub(crate) enum PatchKind {
     /// No surface to hit.
     Degenerate,
+    /// Two triangles cover it, and `(u, v)` are affine on both.
+    Parallelogram,
     /// Two triangles cover it.
     Planar,
     /// A ruled surface.
@@ -48,7 +50,8 @@ pub(crate) fn classify(corners: &Corners) -> PatchKind {
     let n = (p11 - p00).cross(p01 - p10);
     let size = (p11 - p00).length().max((p01 - p10).length());
     let off_plane = n.dot(p10 - p00).abs() / n.length();
-    if !(off_plane <= PLANARITY * size) {
+    let planar = off_plane <= PLANARITY * size;
+    if !planar {
         let area = |a: DVec3, b: DVec3, c: DVec3| (b - a).cross(c - a).length();
         let covered = area(p00, p10, p11) + area(p00, p11, p01) + area(p00, p10, p01);
         return if covered > 0.0 { PatchKind::Curved } else { PatchKind::Degenerate };
@@ -59,7 +62,26 @@ pub(crate) fn classify(corners: &Corners) -> PatchKind {
         let (before, at, after) = (outline[(i + 3) % 4], outline[i], outline[(i + 1) % 4]);
         (at - before).cross(after - at).dot(n)
     });
-    if turns.iter().all(|&turn| turn >= 0.0) { PatchKind::Planar } else { PatchKind::Curved }
+    if turns.iter().any(|&turn| turn < 0.0) {
+        PatchKind::Curved
+    } else if fold(corners).length() <= PLANARITY * size {
+        PatchKind::Parallelogram
+    } else {
+        PatchKind::Planar
+    }
+}
+
+/// How far the fourth corner lies from completing a parallelogram.
+fn fold(corners: &Corners) -> DVec3 {
+    let [p00, p10, p01, p11] = corners.map(DVec3::from);
+    (p11 - p10) - (p01 - p00)
+}
+
+/// The box about a curved patch, with the slack that [`intersect`] leaves at the border.
+pub(crate) fn curved_bounds(corners: &Corners) -> Bounds3 {
+    let tight = Bounds3::from_points(*corners);
+    let slack = Vec3::splat(tight.diagonal().max_component() * (4.0 * BORDER as f32));
+    Bounds3 { min: tight.min - slack, max: tight.max + slack }
 }
 
 /// The two triangles that cover a planar patch.
@@ -69,19 +91,20 @@ pub(crate) fn halves(corners: &Corners) -> [[Vec3; 3]; 2] {
     [[p00, p10, p11], [p00, p11, p01]]
 }
 
+/// `(u, v)` of a parallelogram at barycentric weights of one of its [`halves`].
+#[inline]
+pub(crate) fn affine_parameters(upper: bool, [b1, b2]: [f32; 2]) -> [f32; 2] {
+    let sum = (b1 + b2).min(1.0);
+    if upper { [b1, sum] } else { [sum, b2] }
+}
+
 /// `(u, v)` of a planar patch at barycentric weights of one of its [`halves`].
-pub(crate) fn planar_parameters(corners: &Corners, upper: bool, b1: f32, b2: f32) -> [f32; 2] {
+pub(crate) fn planar_parameters(corners: &Corners, upper: bool, weights: [f32; 2]) -> [f32; 2] {
     let [p00, p10, p01, p11] = corners.map(DVec3::from);
-    let (b1, b2) = (f64::from(b1), f64::from(b2));
-    let fold = (p11 - p10) - (p01 - p00);
-    let size = (p11 - p00).length().max((p01 - p10).length());
-    let affine = if upper { [b1, b1 + b2] } else { [b1 + b2, b2] };
-    let [u, v] = if fold.length() <= PLANARITY * size {
-        affine
-    } else {
-        let p = if upper { (p11 - p00) * b1 + (p01 - p00) * b2 } else { (p10 - p00) * b1 + (p11 - p00) * b2 };
-        invert(p10 - p00, p01 - p00, fold, p, affine)
-    };
+    let [b1, b2] = weights.map(f64::from);
+    let (e1, e2) = if upper { (p11 - p00, p01 - p00) } else { (p10 - p00, p11 - p00) };
+    let guess = affine_parameters(upper, weights).map(f64::from);
+    let [u, v] = invert(p10 - p00, p01 - p00, fold(corners), e1 * b1 + e2 * b2, guess);
     [clamp_unit(u), clamp_unit(v)]
 }
 
@@ -103,9 +126,7 @@ fn invert(a: DVec3, b: DVec3, c: DVec3, p: DVec3, guess: [f64; 2]) -> [f64; 2] {
 #[inline]
 fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
     let discriminant = b * b - 4.0 * a * c;
-    if !(discriminant >= 0.0) {
-        return [f64::NAN; 2];
-    }
+    // The root of a negative number is NaN, and so is what follows.
     let q = -0.5 * (b + discriminant.sqrt().copysign(b));
     if q == 0.0 { [if a == 0.0 { f64::NAN } else { 0.0 }; 2] } else { [c / q, q / a] }
 }
@@ -144,16 +165,16 @@ pub(crate) fn intersect(ray: &Ray, shear: &Shear, corners: &Corners) -> Option<P
         if !(-BORDER..=1.0 + BORDER).contains(&v) {
             continue;
         }
-        let t = refined_parameter(ray, corners, u, v);
-        if t > ray.t_min && t.is_finite() && best.is_none_or(|hit| t < hit.t) {
-            best = Some(PatchHit { t, u: clamp_unit(u), v: clamp_unit(v) });
+        let hit = refine(ray, corners, u, v);
+        if hit.t > ray.t_min && hit.t.is_finite() && best.is_none_or(|best| hit.t < best.t) {
+            best = Some(hit);
         }
     }
     best
 }
 
-/// The ray's parameter next to the surface point at `(u, v)`, after one Newton step.
-fn refined_parameter(ray: &Ray, corners: &Corners, u: f64, v: f64) -> f32 {
+/// One Newton step from the surface point at `(u, v)` towards the crossing of the ray and the surface.
+fn refine(ray: &Ray, corners: &Corners, u: f64, v: f64) -> PatchHit {
     let origin = DVec3::from(ray.origin);
     let [p00, p10, p01, p11] = corners.map(|corner| DVec3::from(corner) - origin);
     let (low, high) = (p00 + (p10 - p00) * u, p01 + (p11 - p01) * u);
@@ -162,29 +183,34 @@ fn refined_parameter(ray: &Ray, corners: &Corners, u: f64, v: f64) -> f32 {
     let dv = high - low;
     let d = DVec3::from(ray.direction);
     let n = du.cross(dv);
-    // The plane that touches at p; where the ray runs along it, the nearest point of the ray does.
     let t = n.dot(p) / n.dot(d);
-    if t.is_finite() { t as f32 } else { (p.dot(d) / d.dot(d)) as f32 }
+    if !t.is_finite() {
+        // The ray runs along the plane that touches at p: its point nearest to p stands for the crossing.
+        return PatchHit { t: (p.dot(d) / d.dot(d)) as f32, u: clamp_unit(u), v: clamp_unit(v) };
+    }
+    let off = d * t - p;
+    let step_u = off.cross(dv).dot(n) / n.dot(n);
+    let step_v = du.cross(off).dot(n) / n.dot(n);
+    PatchHit { t: t as f32, u: clamp_unit(u + step_u), v: clamp_unit(v + step_v) }
 }
 
 /// The point at `(u, v)` and `dp/du × dp/dv`, not of unit length.
 ///
 /// On a planar patch the point lies on the plane of the half that was hit, exactly as far as `f64` goes.
-pub(crate) fn surface(corners: &Corners, u: f32, v: f32) -> (DVec3, DVec3) {
+pub(crate) fn surface(corners: &Corners, kind: PatchKind, u: f32, v: f32) -> (DVec3, DVec3) {
     let [p00, p10, p01, p11] = corners.map(DVec3::from);
     let (u, v) = (f64::from(u), f64::from(v));
     let (low, high) = (p00 + (p10 - p00) * u, p01 + (p11 - p01) * u);
     let p = low + (high - low) * v;
-    if classify(corners) == PatchKind::Planar {
-        let [lower, upper] = [(p10 - p00).cross(p11 - p00), (p11 - p00).cross(p01 - p00)];
-        let chosen = if v <= u { lower } else { upper };
-        let other = if v <= u { upper } else { lower };
-        let n = if chosen.dot(chosen) > 0.0 { chosen } else { other };
-        let off = n.dot(p - p00) / n.dot(n);
-        return (p - n * off, n);
+    let diagonal = p11 - p00;
+    if kind == PatchKind::Curved {
+        let du = (p10 - p00) * (1.0 - v) + (p11 - p01) * v;
+        let n = du.cross(high - low);
+        // At a corner where two sides fall together the tangents are parallel; the middle of the patch speaks for it.
+        return if n.dot(n) > 0.0 { (p, n) } else { (p, diagonal.cross(p01 - p10)) };
     }
-    let du = (p10 - p00) * (1.0 - v) + (p11 - p01) * v;
-    let n = du.cross(high - low);
-    // At a corner where two sides fall together the tangents are parallel; the middle of the patch speaks for it.
-    if n.dot(n) > 0.0 { (p, n) } else { (p, (p11 - p00).cross(p01 - p10)) }
+    let half = |upper: bool| if upper { diagonal.cross(p01 - p00) } else { (p10 - p00).cross(diagonal) };
+    let hit = half(v > u);
+    let n = if hit.dot(hit) > 0.0 { hit } else { half(v <= u) };
+    (p - n * (n.dot(p - p00) / n.dot(n)), n)
 }

@@ -104,20 +104,23 @@ impl Quadric {
     #[inline]
     pub(crate) fn intersect(&self, ray: &Ray) -> Option<f32> {
         let local = self.local_ray(ray);
+        self.first_root(ray, &local).map(|t| t as f32).filter(|t| t.is_finite())
+    }
+
+    /// The smallest parameter beyond `ray.t_min`.
+    #[inline]
+    fn first_root(&self, ray: &Ray, local: &DoubleRay) -> Option<f64> {
         let t_min = f64::from(ray.t_min);
-        self.roots(&local).into_iter().find(|&t| t > t_min).map(|t| t as f32).filter(|t| t.is_finite())
+        self.roots(local).into_iter().find(|&t| t > t_min)
     }
 
     /// The point of a hit with its error, its normal, and its parameters.
     ///
-    /// The root is computed again and told from its twin by `t`.
+    /// The root is found again as it was by [`Self::intersect`]: next to a small distant shape, the `f32` parameter
+    /// does not tell the two apart. It stands in for a ray that has none.
     pub(crate) fn surface(&self, ray: &Ray, t: f32) -> QuadricSurface {
         let local = self.local_ray(ray);
-        let wanted = f64::from(t);
-        let [t0, t1] = self.roots(&local);
-        // NaN fails the comparison, on either side the other root is taken; with neither left, the rounded one is.
-        let exact = if (t1 - wanted).abs() < (t0 - wanted).abs() || t0.is_nan() { t1 } else { t0 };
-        let at = local.at(if exact.is_nan() { wanted } else { exact });
+        let at = local.at(self.first_root(ray, &local).unwrap_or(f64::from(t)));
         let point = match &self.shape {
             Shape::Sphere(sphere) => sphere.point(at),
             Shape::Cylinder(cylinder) => cylinder.point(at),

@@ -21,10 +21,14 @@ impl SphereShape {
     /// `None` if nothing of the surface is left, or a number is not finite.
     pub(crate) fn new(sphere: &Sphere) -> Option<Self> {
         let radius = f64::from(sphere.radius);
-        let [a, b] = [sphere.z_min, sphere.z_max].map(|z| f64::from(z).clamp(-radius.abs(), radius.abs()));
+        let finite = radius.is_finite() && !sphere.z_min.is_nan() && !sphere.z_max.is_nan();
+        if !(finite && radius > 0.0) {
+            return None;
+        }
+        let [a, b] = [sphere.z_min, sphere.z_max].map(|z| f64::from(z).clamp(-radius, radius));
         let (z_min, z_max) = (a.min(b), a.max(b));
         let phi_max = checked_phi_max(sphere.phi_max)?;
-        (radius > 0.0 && radius.is_finite() && z_min < z_max).then(|| Self {
+        (z_min < z_max).then(|| Self {
             radius,
             z_min,
             z_max,

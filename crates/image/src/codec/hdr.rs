@@ -39,8 +39,10 @@ pub(super) fn write(image: &Image) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
+type Decoder<'a> = HdrDecoder<Cursor<&'a [u8]>>;
+
 /// Reads and checks the header.
-fn decoder(bytes: &[u8]) -> Result<(HdrDecoder<Cursor<&[u8]>>, HdrMetadata), ImageError> {
+fn decoder(bytes: &[u8]) -> Result<(Decoder<'_>, HdrMetadata), ImageError> {
     // The strict decoder refuses the signature `#?RGBE` and stray lines, both of which are common.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes));
     let decoder = decoder.map_err(|error| ImageError::malformed(Format::Hdr, error))?;

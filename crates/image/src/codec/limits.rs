@@ -29,7 +29,8 @@ pub(super) fn check(
     if width == 0 || height == 0 {
         return Err(ImageError::malformed(format, format!("the picture is empty ({width}x{height} pixels)")));
     }
-    let bytes = width.checked_mul(height).and_then(|count| count.checked_mul(pixel_bytes)).unwrap_or(u64::MAX);
+    let bytes =
+        width.checked_mul(height).and_then(|count| count.checked_mul(pixel_bytes)).unwrap_or(u64::MAX);
     let plausible = plausible_bytes(file_bytes);
     let reason = if width > MAX_SIDE || height > MAX_SIDE {
         format!("but at most {MAX_SIDE} a side are accepted")

@@ -54,7 +54,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Image, ImageError> {
 }
 
 pub(super) fn write(image: &Image, options: &EncodeOptions) -> Result<Vec<u8>, ImageError> {
-    let side = |size: usize| u32::try_from(size).map_err(|_| ImageError::encode(Format::Png, "it is too large"));
+    let side =
+        |size: usize| u32::try_from(size).map_err(|_| ImageError::encode(Format::Png, "it is too large"));
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, side(image.width)?, side(image.height)?);
     encoder.set_color(match image.channels {

@@ -31,9 +31,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Image, ImageError> {
     };
     let pixels = match largest {
         255 => Pixels::U8(data.to_vec()),
-        0..=254 => {
-            Pixels::F32(data.iter().map(|&byte| f32::from(byte) / f32::from(largest)).collect())
-        }
+        0..=254 => Pixels::F32(data.iter().map(|&byte| f32::from(byte) / f32::from(largest)).collect()),
         _ => {
             let words = data.as_chunks::<2>().0.iter();
             Pixels::F32(words.map(|&word| f32::from(u16::from_be_bytes(word)) / f32::from(largest)).collect())

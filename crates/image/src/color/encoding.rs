@@ -43,7 +43,8 @@ impl Encoding {
         match self {
             Encoding::Linear => quantity,
             Encoding::Srgb if quantity <= 0.003_130_8 => quantity * 12.92,
-            Encoding::Srgb => 1.055 * quantity.powf(1.0 / 2.4) - 0.055,
+            // The same as 1.055 q^(1/2.4) − 0.055, arranged so that 1 stays 1 in spite of rounding.
+            Encoding::Srgb => 1.0 + 1.055 * (quantity.powf(1.0 / 2.4) - 1.0),
             Encoding::Gamma(gamma) => quantity.abs().powf(1.0 / gamma).copysign(quantity),
         }
     }
@@ -81,8 +82,7 @@ fn srgb_decode(stored: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const ALL: [Encoding; 4] =
-        [Encoding::Linear, Encoding::Srgb, Encoding::Gamma(2.2), Encoding::Gamma(1.8)];
+    const ALL: [Encoding; 4] = [Encoding::Linear, Encoding::Srgb, Encoding::Gamma(2.2), Encoding::Gamma(1.8)];
 
     #[test]
     fn srgb_has_its_known_values() {
@@ -101,7 +101,10 @@ mod tests {
             for step in -200..=500 {
                 let stored = step as f32 / 100.0;
                 let back = encoding.encode(encoding.decode(stored));
-                assert!((back - stored).abs() <= 2e-6 * stored.abs().max(1.0), "{encoding:?} {stored} {back}");
+                assert!(
+                    (back - stored).abs() <= 2e-6 * stored.abs().max(1.0),
+                    "{encoding:?} {stored} {back}"
+                );
             }
         }
     }

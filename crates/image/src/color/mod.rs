@@ -7,5 +7,5 @@ mod matrix;
 mod space;
 
 pub use encoding::Encoding;
-pub use space::{Adaptation, Chromaticities, ColorSpace};
 pub(crate) use space::conversion;
+pub use space::{Adaptation, Chromaticities, ColorSpace};

@@ -54,8 +54,7 @@ pub enum Adaptation {
 const D65: [f64; 2] = [0.3127, 0.3290];
 
 /// XYZ to the sharpened cone responses of the Bradford transform.
-const BRADFORD: Matrix =
-    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
+const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
 /// (to XYZ, from XYZ) of the spaces in the order of [`ColorSpace::ALL`].
 static MATRICES: LazyLock<[(Matrix, Matrix); 4]> = LazyLock::new(|| {
@@ -92,12 +91,18 @@ impl ColorSpace {
             ColorSpace::Srgb => {
                 Chromaticities { red: [0.64, 0.33], green: [0.30, 0.60], blue: [0.15, 0.06], white: D65 }
             }
-            ColorSpace::DciP3 => {
-                Chromaticities { red: [0.680, 0.320], green: [0.265, 0.690], blue: [0.150, 0.060], white: D65 }
-            }
-            ColorSpace::Rec2020 => {
-                Chromaticities { red: [0.708, 0.292], green: [0.170, 0.797], blue: [0.131, 0.046], white: D65 }
-            }
+            ColorSpace::DciP3 => Chromaticities {
+                red: [0.680, 0.320],
+                green: [0.265, 0.690],
+                blue: [0.150, 0.060],
+                white: D65,
+            },
+            ColorSpace::Rec2020 => Chromaticities {
+                red: [0.708, 0.292],
+                green: [0.170, 0.797],
+                blue: [0.131, 0.046],
+                white: D65,
+            },
             ColorSpace::Aces2065_1 => Chromaticities {
                 red: [0.7347, 0.2653],
                 green: [0.0, 1.0],

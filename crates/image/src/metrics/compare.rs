@@ -9,6 +9,8 @@ use super::z_test::{ZTest, ZTestOptions, z_test};
 use crate::{Image, ImageError};
 
 /// Figures of one or more test images against a reference.
+///
+/// Serialised, the maps of the z-test are left out; an infinite figure is not a number of JSON and becomes null there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Pixels of the tests, all together, of which a value is not finite.

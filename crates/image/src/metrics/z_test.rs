@@ -125,7 +125,8 @@ pub fn z_test(tests: &[Image], reference: &Image, options: &ZTestOptions<'_>) ->
     let difference = zip(&tile_mean, &tile_reference, |test, reference| test - reference);
     let deviates = deviates(&difference, &variance, &tile_reference);
 
-    let pixel_variance = zip(&pixels.variance_of_mean, &reference_variance, |test, reference| test + reference);
+    let pixel_variance =
+        zip(&pixels.variance_of_mean, &reference_variance, |test, reference| test + reference);
     let pixel_difference = zip(&pixels.mean, &reference_values, |test, reference| test - reference);
     let pixel_deviates = self::deviates(&pixel_difference, &pixel_variance, &reference_values);
     let image = |[width, height]: [usize; 2], deviates: &[Deviate]| {
@@ -144,14 +145,22 @@ fn matching(reference: &RgbPixels, images: &[Image]) -> Result<Vec<RgbPixels>, I
     images.iter().map(|image| reference.matching(image)).collect()
 }
 
-fn check(reference: &RgbPixels, tests: usize, variances: Option<usize>, tile: usize) -> Result<(), ImageError> {
+fn check(
+    reference: &RgbPixels,
+    tests: usize,
+    variances: Option<usize>,
+    tile: usize,
+) -> Result<(), ImageError> {
     let [width, height] = reference.size;
     let message = if tests == 0 {
         "the z-test needs a test image".to_string()
     } else if tests == 1 && variances.is_none() {
         "the z-test needs two or more test images, or a variance image".to_string()
     } else if variances.is_some_and(|count| count != tests) {
-        format!("the z-test needs one variance image a test image, found {} for {tests}", variances.unwrap_or(0))
+        format!(
+            "the z-test needs one variance image a test image, found {} for {tests}",
+            variances.unwrap_or(0)
+        )
     } else if tile == 0 || tile > width || tile > height {
         format!("a tile of {tile}x{tile} pixels does not fit into {width}x{height} pixels")
     } else {

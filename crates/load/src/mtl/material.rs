@@ -1,7 +1,8 @@
 //! What becomes of a material; the table is in the module's documentation.
 
 use sahl_scene::{
-    AreaLight, ConductorReflectance, FloatParam, Handle, Material, Roughness, Span, Spectrum, SpectrumParam, Texture,
+    AreaLight, ConductorReflectance, FloatParam, Handle, Material, Roughness, Span, Spectrum, SpectrumParam,
+    Texture,
 };
 
 use super::statement::{Color, Statements};
@@ -33,8 +34,7 @@ pub(super) fn translate(
         let eta = entry.ni.filter(|&ni| ni > 1.0).unwrap_or(GLASS_ETA);
         Material::Dielectric { eta: Spectrum::Constant(eta), roughness: Roughness::SMOOTH }
     } else {
-        if let Some((opacity, span)) = entry.opacity.filter(|(opacity, _)| *opacity < 1.0) {
-            debug_assert!(opacity >= GLASS_OPACITY);
+        if let Some((_, span)) = entry.opacity.filter(|(opacity, _)| *opacity < 1.0) {
             unheeded.push(("partial opacity (`d`, `Tr`) is not honoured: surfaces are opaque", span));
         }
         metal(entry, texture).unwrap_or_else(|| diffuse(entry, texture, unheeded))

@@ -117,9 +117,7 @@ impl Library {
         }
         let entry = &self.entries[index];
         let mut unheeded = entry.unheeded.clone();
-        let texture = entry.map_kd.as_ref().and_then(|map| {
-            self.textures.add(map, entry, scene, diagnostics, assets, &mut unheeded)
-        });
+        let texture = self.textures.add(entry, scene, diagnostics, assets, &mut unheeded);
         let (material, area_light) = material::translate(entry, texture, &mut unheeded);
         for (what, span) in unheeded {
             let (_, names) = self.not_honoured.entry(what).or_insert((span, Vec::new()));

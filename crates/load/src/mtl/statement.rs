@@ -59,7 +59,10 @@ const NOT_HONOURED: [(&[&str], &str); 12] = [
     (&["disp"], "displacement (`disp`) is not honoured"),
     (&["map_ks", "map_ns"], "maps of highlights (`map_Ks`, `map_Ns`) are not honoured"),
     (&["map_ke"], "maps of emission (`map_Ke`) are not honoured"),
-    (&["map_pr", "map_pm", "map_ps", "map_rma", "map_orm"], "maps of roughness and metalness are not honoured"),
+    (
+        &["map_pr", "map_pm", "map_ps", "map_rma", "map_orm"],
+        "maps of roughness and metalness are not honoured",
+    ),
     (&["ps", "pc", "pcr"], "sheen and clear coat (`Ps`, `Pc`, `Pcr`) are not honoured"),
     (&["aniso", "anisor"], "anisotropy (`aniso`) is not honoured"),
     (&["refl", "map_refl"], "reflection maps (`refl`) are not honoured"),
@@ -157,7 +160,8 @@ impl Statements {
         }
         let nearest = suggest::nearest(name, KNOWN);
         let hint = nearest.map_or_else(String::new, |nearest| format!("; did you mean `{nearest}`?"));
-        messages.warn("unknown-statement", keyword, || format!("unknown statement {}{hint}", keyword.quoted()));
+        messages
+            .warn("unknown-statement", keyword, || format!("unknown statement {}{hint}", keyword.quoted()));
     }
 
     /// Reads the options and the file name of a texture.
@@ -169,8 +173,8 @@ impl Statements {
             let most = match option.bytes {
                 b"-s" | b"-o" | b"-t" => 3,
                 b"-mm" => 2,
-                b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-texres" | b"-bm" | b"-boost" | b"-imfchan"
-                | b"-type" => 1,
+                b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-texres" | b"-bm" | b"-boost"
+                | b"-imfchan" | b"-type" => 1,
                 _ => {
                     let name = before.clone().rest()?;
                     let path = String::from_utf8_lossy(name.bytes).into_owned();
@@ -190,11 +194,14 @@ impl Statements {
                 )),
             }
             if !(mapping.scale.iter().chain(&mapping.offset)).all(|value| value.is_finite()) {
-                messages.error("bad-number", option, || format!("{} with a number that is not finite", option.quoted()));
+                messages.error("bad-number", option, || {
+                    format!("{} with a number that is not finite", option.quoted())
+                });
                 mapping = UvMapping::default();
             }
             if words.clone().next().is_none() {
-                messages.error("bad-statement", keyword, || format!("{} without a file name", keyword.quoted()));
+                messages
+                    .error("bad-statement", keyword, || format!("{} without a file name", keyword.quoted()));
             }
         }
     }
@@ -230,7 +237,8 @@ fn color(keyword: Word<'_>, words: Words<'_>, messages: &mut Messages) -> Option
     let span = keyword.span(messages.file);
     let first = words.clone().next()?;
     if matches!(first.bytes, b"spectral" | b"xyz") {
-        let message = format!("{} {} is not honoured: give red, green and blue", keyword.quoted(), first.quoted());
+        let message =
+            format!("{} {} is not honoured: give red, green and blue", keyword.quoted(), first.quoted());
         messages.warn("not-honoured", first, || message);
         return None;
     }
@@ -251,7 +259,9 @@ fn color(keyword: Word<'_>, words: Words<'_>, messages: &mut Messages) -> Option
         1 => Some(Color { rgb: [rgb[0]; 3], span }),
         3 => Some(Color { rgb, span }),
         _ => {
-            messages.error("bad-number", keyword, || format!("{} with {count} numbers: expected three", keyword.quoted()));
+            messages.error("bad-number", keyword, || {
+                format!("{} with {count} numbers: expected three", keyword.quoted())
+            });
             None
         }
     }

@@ -10,7 +10,7 @@ use sahl_scene::{
     Diagnostic, Diagnostics, Handle, ImageTexture, Origin, SceneDesc, Span, Texture, TextureFilter,
 };
 
-use super::statement::{Map, Statements};
+use super::statement::Statements;
 use crate::AssetSource;
 
 /// The image files of a scene, each read and decoded once.
@@ -21,28 +21,30 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// Adds the texture of a `map_Kd`, multiplied by `Kd`; `None` if the image can't be read, which is told.
+    /// Adds the texture of `map_Kd`, multiplied by `Kd`; `None` if there is none or the image can't be read, which is
+    /// told.
     pub(super) fn add(
         &mut self,
-        map: &Map,
         entry: &Statements,
         scene: &mut SceneDesc,
         diagnostics: &mut Diagnostics,
         assets: &dyn AssetSource,
         unheeded: &mut Vec<(&'static str, Span)>,
     ) -> Option<Handle<Texture>> {
+        let map = entry.map_kd.as_ref()?;
         let key = (entry.directory.clone(), map.path.clone());
-        let image = *self.images.entry(key).or_insert_with(|| match read(&entry.directory, &map.path, assets) {
-            Ok((path, image)) => {
-                let origin = Origin::named(path.to_string_lossy(), map.span);
-                Some(scene.images.push(Arc::new(image), origin))
-            }
-            Err(message) => {
-                let diagnostic = Diagnostic::warning("unreadable-file", map.span, message);
-                diagnostics.push(diagnostic.with_note("the colour `Kd` is used alone"));
-                None
-            }
-        });
+        let image =
+            *self.images.entry(key).or_insert_with(|| match read(&entry.directory, &map.path, assets) {
+                Ok((path, image)) => {
+                    let origin = Origin::named(path.to_string_lossy(), map.span);
+                    Some(scene.images.push(Arc::new(image), origin))
+                }
+                Err(message) => {
+                    let diagnostic = Diagnostic::warning("unreadable-file", map.span, message);
+                    diagnostics.push(diagnostic.with_note("the colour `Kd` is used alone"));
+                    None
+                }
+            });
         let texture = Texture::Image(ImageTexture {
             image: image?,
             mapping: map.mapping,
@@ -59,7 +61,10 @@ impl Textures {
 fn factor(entry: &Statements, unheeded: &mut Vec<(&'static str, Span)>) -> f32 {
     let Some(kd) = entry.kd.filter(|kd| kd.max() > 0.0) else { return 1.0 };
     if kd.rgb != [kd.rgb[0]; 3] {
-        unheeded.push(("a coloured `Kd` beside `map_Kd` is not honoured: its largest component dims the map", kd.span));
+        unheeded.push((
+            "a coloured `Kd` beside `map_Kd` is not honoured: its largest component dims the map",
+            kd.span,
+        ));
     }
     kd.max()
 }
@@ -80,7 +85,8 @@ fn read(directory: &Path, path: &str, assets: &dyn AssetSource) -> Result<(PathB
                 };
             }
             Err(error) if refusal.is_empty() || error.kind() != io::ErrorKind::NotFound => {
-                refusal = format!("can't read `{}`: {error}", candidate.display());
+                refusal =
+                    format!("can't read `{}`: {}", candidate.display(), crate::assets::describe(&error));
             }
             Err(_) => {}
         }

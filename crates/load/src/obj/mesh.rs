@@ -76,7 +76,8 @@ impl<'a> MeshBuilder<'a> {
 
     fn finish(&self, mesh: Mesh, has_normals: bool, has_uvs: bool) -> Built {
         let file = self.file;
-        let positions: Vec<Vec3> = mesh.corners.iter().map(|corner| file.positions[corner.position as usize]).collect();
+        let positions: Vec<Vec3> =
+            mesh.corners.iter().map(|corner| file.positions[corner.position as usize]).collect();
         let uvs = has_uvs.then(|| {
             let uv = |corner: &Corner| file.uvs.get(corner.uv as usize).copied().unwrap_or(Vec2::ZERO);
             mesh.corners.iter().map(uv).collect()
@@ -122,7 +123,8 @@ impl Mesh {
     /// Adds the normal of a polygon (Newell's method) and gives its index, counted on from `first`.
     fn add_face_normal(&mut self, positions: &[Vec3], first: usize) -> u32 {
         let fan = positions.get(1..).unwrap_or_default().windows(2);
-        let sum = fan.fold(Vec3::ZERO, |sum, pair| sum + (pair[0] - positions[0]).cross(pair[1] - positions[0]));
+        let sum =
+            fan.fold(Vec3::ZERO, |sum, pair| sum + (pair[0] - positions[0]).cross(pair[1] - positions[0]));
         self.face_normals.push(sum.try_normalize().unwrap_or(Vec3::ZERO));
         (first + self.face_normals.len() - 1) as u32
     }

@@ -17,11 +17,9 @@ mod polygon;
 use std::path::Path;
 
 use sahl_math::Transform;
-use sahl_scene::{
-    Diagnostic, FileId, Geometry, Handle, Material, Origin, SceneDesc, Shape, Sources, suggest,
-};
+use sahl_scene::{Diagnostic, Geometry, Handle, Material, Origin, Shape, Span, suggest};
 
-use crate::framing::{self, UpAxis};
+use crate::framing;
 use crate::mtl::{Library, MtlMaterial};
 use crate::words::Messages;
 use crate::{AssetSource, Loaded, gzip};
@@ -40,19 +38,20 @@ pub(crate) fn load(name: &str, bytes: Vec<u8>, assets: &dyn AssetSource) -> Load
     let mut messages = Messages::new(file);
     let contents = parse::parse(&text, &mut messages);
     let library = read_libraries(&contents, Path::new(name), assets, &mut loaded, &mut messages);
-    let mut scene = Assembly { loaded: &mut loaded, messages: &mut messages, library, default_material: None };
+    let mut scene =
+        Assembly { loaded: &mut loaded, messages: &mut messages, library, default_material: None };
     let shapes = scene.add_shapes(&contents, assets);
-    if shapes == 0 {
-        let diagnostic = Diagnostic::error("empty-mesh", start_of(file), "no face has an area: there is nothing to render");
+    if shapes == 0 && !messages.has_errors() {
+        let diagnostic = Diagnostic::error(
+            "empty-mesh",
+            Span::of_file(file),
+            "no face has an area: there is nothing to render",
+        );
         messages.push(diagnostic);
     }
     loaded.diagnostics.extend(messages.finish());
-    framing::frame(&mut loaded.scene, UpAxis::Y);
+    framing::frame(&mut loaded.scene);
     loaded
-}
-
-fn start_of(file: FileId) -> sahl_scene::Span {
-    crate::words::span(file, 0, 0)
 }
 
 fn read_libraries(
@@ -69,7 +68,7 @@ fn read_libraries(
             Ok(bytes) => library.read(&path, bytes, &mut loaded.sources, &mut loaded.diagnostics),
             Err(error) => {
                 library.lacks_a_file();
-                let message = format!("can't read `{}`: {error}", path.display());
+                let message = format!("can't read `{}`: {}", path.display(), crate::assets::describe(&error));
                 let diagnostic = Diagnostic::warning("unreadable-file", entry.span, message);
                 messages.push(diagnostic.with_note("surfaces with materials of this file are grey"));
             }
@@ -99,14 +98,15 @@ impl Assembly<'_> {
                 self.add_shape(group, built, assets);
             }
         }
-        let start = start_of(self.messages.file);
+        let file = Span::of_file(self.messages.file);
         if degenerate > 0 {
-            let message = format!("{degenerate} triangles with fewer than three different vertices are left out");
-            self.messages.push(Diagnostic::warning("degenerate-face", start, message));
+            let message =
+                format!("{degenerate} triangles with fewer than three different vertices are left out");
+            self.messages.push(Diagnostic::warning("degenerate-face", file, message));
         }
         if repaired > 0 {
             let message = format!("{repaired} normals without direction are computed from the faces");
-            self.messages.push(Diagnostic::warning("bad-normal", start, message));
+            self.messages.push(Diagnostic::warning("bad-normal", file, message));
         }
         self.library.report(&mut self.loaded.diagnostics);
         self.loaded.scene.world.len()

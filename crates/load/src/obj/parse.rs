@@ -78,7 +78,8 @@ const NOT_HONOURED: [(&str, &str); 21] = [
 
 /// Reads every statement; what is wrong goes to `messages` and is left out.
 pub(super) fn parse(text: &[u8], messages: &mut Messages) -> ObjFile {
-    let mut parser = Parser { file: ObjFile::default(), groups: BTreeMap::new(), group: 0, polygon: Vec::new() };
+    let mut parser =
+        Parser { file: ObjFile::default(), groups: BTreeMap::new(), group: 0, polygon: Vec::new() };
     parser.file.groups.push(Group::default());
     let mut smoothing = None;
     for line in Lines::new(text) {
@@ -98,8 +99,11 @@ pub(super) fn parse(text: &[u8], messages: &mut Messages) -> ObjFile {
             _ => other(keyword, messages),
         }
     }
-    if let Some(keyword) = smoothing.filter(|_| parser.file.normals.is_empty() && !parser.file.positions.is_empty()) {
-        let message = "smoothing groups are not honoured: without normals (`vn`) every face is flat".to_owned();
+    if let Some(keyword) =
+        smoothing.filter(|_| parser.file.normals.is_empty() && !parser.file.positions.is_empty())
+    {
+        let message =
+            "smoothing groups are not honoured: without normals (`vn`) every face is flat".to_owned();
         messages.warn_once("not-honoured", "s", keyword, message);
     }
     parser.file

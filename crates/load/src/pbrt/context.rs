@@ -5,12 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use sahl_scene::{Handle, PatchMesh, SceneDesc, Span, Texture, TriangleMesh};
+use sahl_scene::{Diagnostic, Handle, PatchMesh, SceneDesc, Span, Texture, TriangleMesh};
 
 use super::report::{Report, quote};
 use super::statement::Name;
 use super::translate::image::ImageCache;
-use crate::assets::normalized;
+use crate::assets::{describe, normalized};
 use crate::{AssetSource, gzip};
 
 /// The scene so far, with what is needed to go on.
@@ -57,18 +57,17 @@ impl<'a> Files<'a> {
 
     /// The path at which the file called `name` was found, and its bytes, decompressed.
     pub(super) fn read(&self, name: &str) -> Result<(PathBuf, Vec<u8>), String> {
-        let mut missing = io::Error::new(io::ErrorKind::NotFound, "no name");
         for path in self.candidates(name) {
             match self.assets.read(&path) {
                 Ok(bytes) => {
                     let bytes = gzip::decompress(bytes).map_err(|error| error.to_string())?;
                     return Ok((path, bytes));
                 }
-                Err(error) if error.kind() == io::ErrorKind::NotFound => missing = error,
-                Err(error) => return Err(error.to_string()),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(describe(&error)),
             }
         }
-        Err(missing.to_string())
+        Err("no such file".to_owned())
     }
 }
 
@@ -90,6 +89,10 @@ impl Context<'_> {
 
     /// Reports a file that could not be read.
     pub(super) fn unreadable(&self, span: Span, name: &str, error: &str) {
-        self.report.error("unreadable-file", span, format!("can't read {}: {error}", quote(name.as_bytes())));
+        let message = format!("can't read {}: {error}", quote(name.as_bytes()));
+        let diagnostic = Diagnostic::error("unreadable-file", span, message);
+        let places: Vec<String> =
+            self.files.candidates(name).iter().map(|path| format!("`{}`", path.display())).collect();
+        self.report.push(diagnostic.with_note(format!("looked for {}", places.join(" and "))));
     }
 }

@@ -28,6 +28,7 @@ pub(super) struct Inclusion {
     /// Texts by path, so that a file included often is read once.
     texts: BTreeMap<PathBuf, FileId>,
     count: usize,
+    told_limit: bool,
     first: Option<Span>,
 }
 
@@ -116,10 +117,12 @@ impl Interpreter<'_> {
     pub(super) fn include(&mut self, statement: &Statement, import: bool) {
         let [name] = &statement.names[..] else { return };
         if self.inclusion.open.len() >= DEPTH_LIMIT || self.inclusion.count >= INCLUSION_LIMIT {
-            let message = format!(
-                "too much is included: {DEPTH_LIMIT} files at once and {INCLUSION_LIMIT} in all are the limits"
-            );
-            self.report().error("inclusion-limit", name.span, message);
+            if !std::mem::replace(&mut self.inclusion.told_limit, true) {
+                let message = format!(
+                    "too much is included: {DEPTH_LIMIT} files at once and {INCLUSION_LIMIT} in all are the limits"
+                );
+                self.report().error("inclusion-limit", name.span, message);
+            }
             return;
         }
         self.inclusion.count += 1;
@@ -134,8 +137,8 @@ impl Interpreter<'_> {
             );
             return;
         }
-        let import = import
-            .then(|| Box::new(Import { state: self.state.clone(), depth: self.scopes.depth() }));
+        let import =
+            import.then(|| Box::new(Import { state: self.state.clone(), depth: self.scopes.depth() }));
         self.open(path, file, import);
     }
 

@@ -63,7 +63,10 @@ impl<'a> Interpreter<'a> {
             inclusion: Inclusion::default(),
             materials: NamedMaterials::default(),
             objects: Objects::default(),
-            coordinate_systems: BTreeMap::from([("world".to_owned(), identity), ("camera".to_owned(), identity)]),
+            coordinate_systems: BTreeMap::from([
+                ("world".to_owned(), identity),
+                ("camera".to_owned(), identity),
+            ]),
             media: BTreeMap::new(),
             medium_uses: Vec::new(),
             options: Options::default(),
@@ -90,7 +93,13 @@ impl<'a> Interpreter<'a> {
         }
         use Directive as D;
         match statement.rule.directive {
-            D::Identity | D::Translate | D::Scale | D::Rotate | D::LookAt | D::Transform | D::ConcatTransform => {
+            D::Identity
+            | D::Translate
+            | D::Scale
+            | D::Rotate
+            | D::LookAt
+            | D::Transform
+            | D::ConcatTransform => {
                 self.transform(&statement);
             }
             D::ActiveTransform => self.active_transform(&statement),
@@ -142,8 +151,9 @@ impl<'a> Interpreter<'a> {
                 if !self.world_is_missing {
                     let message = format!("`{name}` must stand after `WorldBegin`");
                     self.report().push(
-                        Diagnostic::error("misplaced-directive", statement.span, message)
-                            .with_help("`WorldBegin` ends the part that describes camera, film and integrator"),
+                        Diagnostic::error("misplaced-directive", statement.span, message).with_help(
+                            "`WorldBegin` ends the part that describes camera, film and integrator",
+                        ),
                     );
                     self.world_is_missing = true;
                 }
@@ -157,7 +167,8 @@ impl<'a> Interpreter<'a> {
         if let Some(first) = self.world {
             let note = format!("the first is in {}", self.report().place(first));
             self.report().push(
-                Diagnostic::error("repeated-directive", statement.span, "`WorldBegin` stands twice").with_note(note),
+                Diagnostic::error("repeated-directive", statement.span, "`WorldBegin` stands twice")
+                    .with_note(note),
             );
             return;
         }
@@ -285,13 +296,16 @@ impl<'a> Interpreter<'a> {
                 .push(Diagnostic::warning("repeated-directive", statement.span, message).with_note(note));
         }
         let report = Rc::clone(&self.cx.report);
-        let kind = if directive == "PixelFilter" { "pixel filter".to_owned() } else { directive.to_lowercase() };
-        let p = reader(&kind, &name.text, statement, &[], &report);
+        let kind =
+            if directive == "PixelFilter" { "pixel filter".to_owned() } else { directive.to_lowercase() };
+        let p = reader(&kind, name, statement, &[], &report);
         let scene = &mut self.cx.scene;
         match statement.rule.directive {
             Directive::Camera => self.camera(&name.text, &p),
             Directive::Film => {
-                if let Some(FilmSettings { film, iso }) = translate::film(&name.text, &p, self.state.color_space) {
+                if let Some(FilmSettings { film, iso }) =
+                    translate::film(&name.text, &p, self.state.color_space)
+                {
                     scene.film = film;
                     self.iso = iso;
                 }
@@ -341,7 +355,7 @@ impl<'a> Interpreter<'a> {
             let defaults = self.state.defaults(Category::Medium);
             let p = reader("medium", &kind, statement, &defaults, &report);
             p.without_effect(&["type"]);
-            translate::medium(&kind, &p);
+            translate::medium(&kind.text, &p);
             p.finish();
         }
     }
@@ -356,7 +370,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// The plugin that `"string type"` names, for directives that define something by name.
-    pub(super) fn plugin_type(&self, statement: &Statement) -> Option<String> {
+    pub(super) fn plugin_type(&self, statement: &Statement) -> Option<Name> {
         let what = format!("`{}`", statement.rule.name);
         let p = Reader::new(what, statement.span, &statement.parameters, &[], self.report());
         let name = p.string("type");
@@ -364,13 +378,13 @@ impl<'a> Interpreter<'a> {
             let message = format!("{} needs a `string type`", p.what());
             self.report().error("missing-parameter", statement.span, message);
         }
-        name.map(|name| name.text.clone())
+        name.cloned()
     }
 
     fn texture(&mut self, statement: &Statement) {
         let [.., plugin] = &statement.names[..] else { return };
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Texture));
-        let p = reader("texture", &plugin.text, statement, &defaults, &report);
+        let p = reader("texture", plugin, statement, &defaults, &report);
         translate::texture(&mut self.cx, statement, &p);
         p.finish();
     }
@@ -384,7 +398,7 @@ impl<'a> Interpreter<'a> {
         let [name] = &statement.names[..] else { return };
         self.warn_of_motion(statement.span, "the light");
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Light));
-        let p = reader("light", &name.text, statement, &defaults, &report);
+        let p = reader("light", name, statement, &defaults, &report);
         let frame = translate::LightFrame { to_world: self.state.transform(), white: self.white() };
         translate::light(&mut self.cx, &name.text, &p, &frame);
         p.finish();
@@ -393,7 +407,7 @@ impl<'a> Interpreter<'a> {
     fn area_light(&mut self, statement: &Statement) {
         let [name] = &statement.names[..] else { return };
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Light));
-        let p = reader("area light", &name.text, statement, &defaults, &report);
+        let p = reader("area light", name, statement, &defaults, &report);
         let white = self.white();
         self.state.area_light = translate::area_light(&mut self.cx, &name.text, &p, white).map(Rc::new);
         p.finish();
@@ -402,7 +416,7 @@ impl<'a> Interpreter<'a> {
     fn shape(&mut self, statement: &Statement) {
         let [name] = &statement.names[..] else { return };
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Shape));
-        let p = reader("shape", &name.text, statement, &defaults, &report);
+        let p = reader("shape", name, statement, &defaults, &report);
         let geometries = translate::shape(&mut self.cx, &name.text, &p);
         p.finish();
         self.warn_of_motion(statement.span, "the shape");
@@ -442,7 +456,8 @@ impl<'a> Interpreter<'a> {
         }
         self.expose_film();
         let Context { report, scene, .. } = self.cx;
-        let report = Rc::into_inner(report).expect("readers, which share the report, live as long as a statement");
+        let report =
+            Rc::into_inner(report).expect("readers, which share the report, live as long as a statement");
         let (diagnostics, sources) = report.finish();
         (scene, diagnostics, sources)
     }
@@ -483,11 +498,13 @@ impl<'a> Interpreter<'a> {
 /// A reader of the parameters of `statement`, whose plugin is called `name`.
 pub(super) fn reader<'p>(
     kind: &str,
-    name: &str,
+    name: &Name,
     statement: &'p Statement,
     defaults: &'p [super::parameter::Parameter],
     report: &'p Report,
 ) -> Reader<'p> {
-    let what = format!("{kind} {}", quote(name.as_bytes()));
-    Reader::new(what, statement.span, &statement.parameters, defaults, report)
+    let what = format!("{kind} {}", quote(name.text.as_bytes()));
+    // The name of the plugin may follow among the parameters.
+    let span = if statement.names.contains(name) { statement.span } else { name.span };
+    Reader::new(what, span, &statement.parameters, defaults, report)
 }

@@ -196,7 +196,8 @@ mod tests {
     #[test]
     fn words_strings_and_brackets_need_no_space_between() {
         use TokenKind::*;
-        let expected = [(Word, "Shape"), (Quoted, "\"a b\""), (Open, "["), (Word, "1"), (Close, "]"), (Word, "x")];
+        let expected =
+            [(Word, "Shape"), (Quoted, "\"a b\""), (Open, "["), (Word, "1"), (Close, "]"), (Word, "x")];
         let expected: Vec<_> = expected.map(|(kind, text)| (kind, text.to_owned())).into();
         assert_eq!(tokens("Shape\"a b\"[1]x # \"comment\" [ \n"), expected);
     }

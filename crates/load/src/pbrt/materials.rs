@@ -9,7 +9,7 @@ use super::interpreter::{Interpreter, reader};
 use super::reader::with_choices;
 use super::report::{Report, quote};
 use super::state::{Category, CurrentMaterial};
-use super::statement::{Name, Statement};
+use super::statement::{Directive, Name, Statement};
 use super::translate::{self, MaterialKind};
 
 /// The materials by name.
@@ -84,7 +84,7 @@ impl NamedMaterials {
 impl Interpreter<'_> {
     pub(super) fn material(&mut self, statement: &Statement) {
         let [name] = &statement.names[..] else { return };
-        let Some(kind) = self.read_material(&name.text, statement) else { return };
+        let Some(kind) = self.read_material(name, statement) else { return };
         if let MaterialKind::Interface = kind {
             self.state.material = CurrentMaterial::Interface;
             return;
@@ -94,13 +94,13 @@ impl Interpreter<'_> {
         self.state.material = CurrentMaterial::Given(handle);
     }
 
-    fn read_material(&mut self, plugin: &str, statement: &Statement) -> Option<MaterialKind> {
+    fn read_material(&mut self, plugin: &Name, statement: &Statement) -> Option<MaterialKind> {
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Material));
         let p = reader("material", plugin, statement, &defaults, &report);
-        if statement.names.first().is_none_or(|name| name.text != plugin) {
+        if statement.rule.directive == Directive::MakeNamedMaterial {
             p.without_effect(&["type"]);
         }
-        let material = translate::material(&self.cx, plugin, &p);
+        let material = translate::material(&self.cx, &plugin.text, &p);
         p.finish();
         material
     }

@@ -82,8 +82,13 @@ const KINDS: &[(&str, Kind)] = &[
 ];
 
 /// Types of other versions of the format, and what pbrt-v4 calls them.
-const FORMER_KINDS: &[(&str, &str)] =
-    &[("point", "point3"), ("vector", "vector3"), ("color", "rgb"), ("xyz", "spectrum"), ("normal3", "normal")];
+const FORMER_KINDS: &[(&str, &str)] = &[
+    ("point", "point3"),
+    ("vector", "vector3"),
+    ("color", "rgb"),
+    ("xyz", "spectrum"),
+    ("normal3", "normal"),
+];
 
 impl Kind {
     /// The name in the file.
@@ -131,9 +136,9 @@ fn add(parser: &Parser<'_>, list: &mut Vec<Parameter>, parameter: Parameter) -> 
     if let Some(first) = list.iter().find(|first| first.name == parameter.name) {
         let message = format!("parameter `{}` is given twice: the first is used", parameter.name);
         let note = format!("the first is in {}", parser.report.place(first.declaration));
-        parser.report.push(
-            Diagnostic::warning("repeated-parameter", parameter.declaration, message).with_note(note),
-        );
+        parser
+            .report
+            .push(Diagnostic::warning("repeated-parameter", parameter.declaration, message).with_note(note));
         return Ok(());
     }
     if list.len() == LIST_LIMIT {
@@ -151,26 +156,30 @@ fn parse_one(parser: &mut Parser<'_>, token: Token) -> Result<Option<Parameter>,
     let text = unquote(parser.lexer.bytes(token));
     let mut words = text.split_ascii_whitespace();
     let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
-        let message = format!("expected a type and a name such as `\"float x\"`, found {}", quote(text.as_bytes()));
+        let message =
+            format!("expected a type and a name such as `\"float x\"`, found {}", quote(text.as_bytes()));
         parser.report.error("syntax", declaration, message);
         skip_values(parser)?;
         return Ok(None);
     };
-    let Some(&(_, kind)) = KINDS.iter().find(|(word, _)| *word == kind) else {
-        parser.report.push(unknown_kind(kind, declaration));
-        skip_values(parser)?;
-        return Ok(None);
-    };
     let start = parser.lexer.peek();
-    let mut values = match start.kind {
-        TokenKind::Open => {
+    let known = KINDS.iter().find(|(word, _)| *word == kind).map(|(_, kind)| *kind);
+    let mut values = match (known, start.kind) {
+        (None, _) => {
+            parser.report.push(unknown_kind(kind, declaration));
+            skip_values(parser)?;
+            Values::Invalid
+        }
+        (Some(kind), TokenKind::Open) => {
             parser.lexer.next();
             let mut values = bracketed(parser, kind, start, name)?;
             values.shrink();
             values
         }
-        _ => single(parser, kind, name)?,
+        (Some(kind), _) => single(parser, kind, name)?,
     };
+    // The type of values that can't be read does not matter; the name does, to whoever asks for it.
+    let kind = known.unwrap_or(Kind::Float);
     let value_span =
         Span { start: start.start, end: parser.position().max(start.end as usize) as u32, ..declaration };
     check_count(parser, kind, name, &mut values, value_span);
@@ -281,7 +290,8 @@ impl Values {
                     return false;
                 }
                 parser.lexer.next();
-                values.push(Name { text: unquote(parser.lexer.bytes(token)), span: parser.lexer.span(token) });
+                values
+                    .push(Name { text: unquote(parser.lexer.bytes(token)), span: parser.lexer.span(token) });
                 true
             }
             Self::Invalid => false,
@@ -344,7 +354,12 @@ fn bracketed(parser: &mut Parser<'_>, kind: Kind, open: Token, name: &str) -> Re
 }
 
 /// Reports a list without an end. If it ends where the next parameter starts, at byte `next`, reading goes on there.
-fn unclosed(parser: &mut Parser<'_>, open: Token, name: &str, next: Option<u32>) -> Result<Values, Abandoned> {
+fn unclosed(
+    parser: &mut Parser<'_>,
+    open: Token,
+    name: &str,
+    next: Option<u32>,
+) -> Result<Values, Abandoned> {
     let token = parser.lexer.peek();
     let found = match next {
         Some(_) => "the next parameter".to_owned(),
@@ -356,7 +371,9 @@ fn unclosed(parser: &mut Parser<'_>, open: Token, name: &str, next: Option<u32>)
         None => token,
     };
     let note = format!("{found} was found in {} instead", parser.report.place(parser.lexer.span(end)));
-    parser.report.push(Diagnostic::error("unclosed-bracket", parser.lexer.span(open), message).with_note(note));
+    parser
+        .report
+        .push(Diagnostic::error("unclosed-bracket", parser.lexer.span(open), message).with_note(note));
     match next {
         Some(start) => {
             parser.lexer.seek(start);
@@ -381,13 +398,16 @@ fn wrong_value(parser: &Parser<'_>, values: &Values, token: Token, name: &str) -
     if token.kind == TokenKind::Unterminated {
         return parser.syntax_error(token, String::new());
     }
-    let message = format!("parameter `{name}` expects {}, found {}", values.expected(), parser.describe(token));
+    let message =
+        format!("parameter `{name}` expects {}, found {}", values.expected(), parser.describe(token));
     let diagnostic = Diagnostic::error("wrong-type", parser.lexer.span(token), message);
     match (values, bytes) {
         (Values::Bools(_), b"\"true\"" | b"\"false\"") => {
             diagnostic.with_help("pbrt-v4 writes it without quotes")
         }
-        (Values::Strings(_), _) if token.kind == TokenKind::Word => diagnostic.with_help("write it in quotes"),
+        (Values::Strings(_), _) if token.kind == TokenKind::Word => {
+            diagnostic.with_help("write it in quotes")
+        }
         _ => diagnostic,
     }
 }

@@ -85,10 +85,10 @@ impl<'t> Parser<'t> {
             let Some((number, length)) = parse_f64(self.lexer.rest()) else {
                 let token = self.lexer.peek();
                 let expected = format!("{count} numbers");
-                self.report.push(
-                    self.unexpected(token, &expected, statement.rule)
-                        .with_note(format!("{index} of the {count} numbers of `{}` were read", statement.rule.name)),
-                );
+                self.report.push(self.unexpected(token, &expected, statement.rule).with_note(format!(
+                    "{index} of the {count} numbers of `{}` were read",
+                    statement.rule.name
+                )));
                 return Err(Abandoned);
             };
             let token = self.lexer.take(length);

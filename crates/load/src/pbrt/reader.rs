@@ -68,6 +68,9 @@ impl<'p> Reader<'p> {
     /// The parameter called `name` if it has one of these types; another type is an error.
     fn typed(&self, name: &'static str, kinds: &[Kind]) -> Option<&'p Parameter> {
         let parameter = self.find(name)?;
+        if parameter.values == Values::Invalid {
+            return None;
+        }
         if !kinds.contains(&parameter.kind) {
             self.wrong_kind(parameter, kinds);
             return None;
@@ -77,6 +80,9 @@ impl<'p> Reader<'p> {
 
     /// Reports a parameter that has none of the types `kinds`.
     pub(super) fn wrong_kind(&self, parameter: &Parameter, kinds: &[Kind]) {
+        if parameter.values == Values::Invalid {
+            return;
+        }
         let names: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.name())).collect();
         let message = format!(
             "parameter `{}` of {} has type {}, found `{}`",
@@ -250,8 +256,11 @@ impl<'p> Reader<'p> {
         match choices.iter().find(|(choice, _)| *choice == given.text) {
             Some((_, value)) => *value,
             None => {
-                let message =
-                    format!("parameter `{name}` of {}: unknown value {}", self.what, quote(given.text.as_bytes()));
+                let message = format!(
+                    "parameter `{name}` of {}: unknown value {}",
+                    self.what,
+                    quote(given.text.as_bytes())
+                );
                 let names = choices.iter().map(|(choice, _)| *choice);
                 self.report.push(with_choices(
                     Diagnostic::error("unknown-value", given.span, message),

@@ -61,6 +61,12 @@ impl Tally {
 impl Report {
     /// Adds a message, or counts it if there are many like it.
     pub(super) fn push(&self, diagnostic: Diagnostic) {
+        self.push_with(diagnostic, |diagnostic| diagnostic);
+    }
+
+    /// Adds a message with what `complete` says besides, which may take long to find and is asked only if the message is
+    /// told: a file can hold a mistake a million times.
+    pub(super) fn push_with(&self, diagnostic: Diagnostic, complete: impl FnOnce(Diagnostic) -> Diagnostic) {
         let log = &mut *self.log.borrow_mut();
         let code = log.codes.entry((diagnostic.code, diagnostic.severity)).or_default();
         // The limit of the code comes first: it bounds the number of texts that are remembered.
@@ -74,7 +80,7 @@ impl Report {
         if message.admit(SAME_MESSAGE_LIMIT, diagnostic.span) {
             code.told += 1;
             log.count += 1;
-            log.told.push(diagnostic);
+            log.told.push(complete(diagnostic));
         }
     }
 
@@ -98,8 +104,13 @@ impl Report {
         Arc::clone(&self.sources.borrow().file(file).text)
     }
 
-    /// `name:line` of the start of `span`, for notes about a second place.
-    pub(super) fn place(&self, span: Span) -> String {
+    /// Adds a message with a note about a second place, which follows `note`.
+    pub(super) fn push_with_place(&self, diagnostic: Diagnostic, note: &str, place: Span) {
+        self.push_with(diagnostic, |diagnostic| diagnostic.with_note(format!("{note} {}", self.place(place))));
+    }
+
+    /// `name:line` of the start of `span`. Takes time in proportion to the text.
+    fn place(&self, span: Span) -> String {
         let sources = self.sources.borrow();
         format!("{}:{}", sources.file(span.file).name, sources.location(span.file, span.start).line)
     }
@@ -107,7 +118,8 @@ impl Report {
     /// The span of value number `index` of the values written at `values`.
     pub(super) fn value_span(&self, values: Span, index: usize) -> Span {
         let text = self.text(values.file);
-        let mut lexer = Lexer::new(&text[..text.len().min(values.end as usize)], values.file, values.start as usize);
+        let mut lexer =
+            Lexer::new(&text[..text.len().min(values.end as usize)], values.file, values.start as usize);
         let mut remaining = index;
         loop {
             let token = lexer.next();

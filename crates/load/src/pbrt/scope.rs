@@ -79,9 +79,11 @@ impl Interpreter<'_> {
     /// Opens a block; `false` if there are too many, which is reported.
     pub(super) fn push_scope(&mut self, kind: ScopeKind, opened: Span) -> bool {
         if self.scopes.stack.len() >= DEPTH_LIMIT {
+            if self.scopes.excess == 0 {
+                let message = format!("more than {DEPTH_LIMIT} blocks stand in each other");
+                self.report().error("nesting-depth", opened, message);
+            }
             self.scopes.excess += 1;
-            let message = format!("more than {DEPTH_LIMIT} blocks stand in each other");
-            self.report().error("nesting-depth", opened, message);
             return false;
         }
         self.scopes.stack.push(Scope { kind, opened, state: self.state.clone() });
@@ -104,7 +106,11 @@ impl Interpreter<'_> {
                 true
             }
             Some(scope) if kind == ScopeKind::Attributes => {
-                let note = format!("the innermost block is `{}` in {}", scope.kind.begin(), self.report().place(scope.opened));
+                let note = format!(
+                    "the innermost block is `{}` in {}",
+                    scope.kind.begin(),
+                    self.report().place(scope.opened)
+                );
                 let message = format!("`{name}` without `{begin}`");
                 self.report()
                     .push(Diagnostic::error("unmatched-end", statement.span, message).with_note(note));

@@ -71,7 +71,6 @@ pub(super) enum Block {
 
 /// What a directive does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names are those of the format")]
 pub(super) enum Directive {
     Accelerator,
     ActiveTransform,

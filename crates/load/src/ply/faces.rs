@@ -51,7 +51,7 @@ impl Faces {
                 } else {
                     values.skip(property.kind)
                 };
-                result.map_err(|error| element.ends_early(row, error))?;
+                result.map_err(|error| element.in_row(row, error))?;
             }
             faces.push(&face);
         }

@@ -99,10 +99,10 @@ impl Element {
         self.properties.iter().position(|property| property.name == name)
     }
 
-    /// The error for a file that ends or is damaged in row `row`.
-    pub(super) fn ends_early(&self, row: u64, error: PlyError) -> PlyError {
-        let message = format!("{} (in row {} of {} of `{}`)", error.message, row + 1, self.count, self.name);
-        PlyError { message, ..error }
+    /// An error, told to be in row `row`, from zero.
+    pub(super) fn in_row(&self, row: u64, mut error: PlyError) -> PlyError {
+        error.message += &format!(" (in row {} of {} of `{}`)", row + 1, self.count, self.name);
+        error
     }
 }
 

@@ -18,9 +18,11 @@ mod vertices;
 use std::fmt;
 use std::sync::Arc;
 
-use sahl_scene::{PatchMesh, TriangleMesh};
+use sahl_math::Transform;
+use sahl_scene::{Diagnostic, Geometry, Material, Origin, PatchMesh, SceneDesc, Shape, Span, TriangleMesh};
 
-use crate::normals;
+use crate::words::span;
+use crate::{Loaded, framing, gzip, normals};
 use faces::Faces;
 use header::{Element, Format, Header};
 use values::{Ascii, Binary, Values};
@@ -87,6 +89,50 @@ pub(crate) fn read(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
     read_body(&header, bytes).map_err(located)
 }
 
+/// Reads a PLY file, which may be compressed, as a scene: grey, and framed.
+pub(crate) fn load(name: &str, bytes: Vec<u8>) -> Loaded {
+    let bytes = match gzip::decompress(bytes) {
+        Ok(bytes) => bytes,
+        Err(error) => return Loaded::failed("unreadable-file", format!("can't read `{name}`: {error}")),
+    };
+    let mut loaded = Loaded::default();
+    let file = loaded.sources.add(name, text(&bytes));
+    match read(&bytes) {
+        Ok(mesh) => {
+            let origin = Origin::at(Span::of_file(file));
+            for warning in &mesh.warnings {
+                loaded.diagnostics.push(Diagnostic::warning("bad-mesh", origin.span, warning));
+            }
+            add_shapes(&mut loaded.scene, mesh, &origin);
+            framing::frame(&mut loaded.scene);
+        }
+        Err(error) => {
+            let place = span(file, error.offset, error.offset + 1);
+            let message = if error.line.is_some() { error.message } else { error.to_string() };
+            loaded.diagnostics.push(Diagnostic::error("bad-mesh", place, message));
+        }
+    }
+    loaded
+}
+
+fn add_shapes(scene: &mut SceneDesc, mesh: PlyMesh, origin: &Origin) {
+    let material = scene.materials.push(Material::default(), Origin::default());
+    let triangles =
+        mesh.triangles.map(|mesh| Geometry::Triangles(scene.triangle_meshes.push(mesh, origin.clone())));
+    let patches = mesh.patches.map(|mesh| Geometry::Patches(scene.patch_meshes.push(mesh, origin.clone())));
+    for geometry in triangles.into_iter().chain(patches) {
+        let shape = Shape {
+            geometry,
+            shape_to_world: Transform::IDENTITY,
+            reverse_orientation: false,
+            material,
+            area_light: None,
+        };
+        let shape = scene.shapes.push(shape, origin.clone());
+        scene.world.push(shape);
+    }
+}
+
 /// The part of a PLY file that is text: all of it, or the header of a binary one.
 pub(crate) fn text(bytes: &[u8]) -> &[u8] {
     match Header::read(bytes) {
@@ -143,7 +189,7 @@ fn skip_element(element: &Element, values: &mut impl Values) -> Result<(), PlyEr
     let rows = if element.properties.is_empty() { 0 } else { element.count };
     for row in 0..rows {
         for property in &element.properties {
-            values.skip(property.kind).map_err(|error| element.ends_early(row, error))?;
+            values.skip(property.kind).map_err(|error| element.in_row(row, error))?;
         }
     }
     Ok(())

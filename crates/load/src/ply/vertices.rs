@@ -99,7 +99,7 @@ impl Vertices {
             for row in 0..element.count {
                 let offset = values.offset();
                 let record =
-                    read_record(element, &layout, values).map_err(|error| element.ends_early(row, error))?;
+                    read_record(element, &layout, values).map_err(|error| element.in_row(row, error))?;
                 vertices.push(&record, offset)?;
             }
         }

@@ -46,7 +46,9 @@ impl Diagnostics {
         let mut text = String::new();
         for diagnostic in self.iter() {
             let start = diagnostic.span.and_then(|span| locator.place(span.file, span.start));
-            let end = start.and(diagnostic.span).and_then(|span| locator.place(span.file, span.end.max(span.start)));
+            let end = start
+                .and(diagnostic.span)
+                .and_then(|span| locator.place(span.file, span.end.max(span.start)));
             let end = end.or(start);
             let object = json!({
                 "severity": diagnostic.severity,

@@ -6,6 +6,7 @@
 //!
 //! Deliberately absent: deep data, subsampled (luminance and chroma) channels.
 
+mod dwa;
 mod read;
 mod write;
 

@@ -8,28 +8,17 @@ use exr::image::read::image::ReadLayers;
 use exr::image::read::layers::ReadChannels;
 use exr::image::{AnyChannels, FlatSamples, Layer as ExrLayer};
 use exr::math::Vec2;
-use exr::meta::attribute::{AttributeValue, SampleType};
+use exr::meta::attribute::{AttributeValue, SampleType, Text};
 use exr::meta::header::Header;
+use exr::prelude::f16;
 
-use super::{SAMPLES, SEED};
+use super::{SAMPLES, SEED, dwa};
 use crate::codec::{ImageInfo, limits};
 use crate::color::conversion;
 use crate::{
-    Attribute, Chromaticities, ColorSpace, Encoding, Format, Image, ImageError, Layer, Metadata, Picture, Pixels,
+    Attribute, Chromaticities, ColorSpace, Encoding, Format, Image, ImageError, Layer, Metadata, Picture,
+    Pixels,
 };
-
-/// Attributes that describe the file rather than the picture.
-const STRUCTURAL: [&str; 9] = [
-    "chunkCount",
-    "type",
-    "name",
-    "version",
-    "maxSamplesPerPixel",
-    "pixelAspectRatio",
-    "screenWindowWidth",
-    "dwaCompressionLevel",
-    "view",
-];
 
 /// What the header claims.
 pub(in crate::codec) fn probe(bytes: &[u8]) -> Result<ImageInfo, ImageError> {
@@ -54,6 +43,7 @@ pub(in crate::codec) fn probe(bytes: &[u8]) -> Result<ImageInfo, ImageError> {
 pub(in crate::codec) fn read(bytes: &[u8]) -> Result<Picture, ImageError> {
     guarded(|| {
         let reader = open(bytes)?;
+        dwa::check(bytes, reader.headers())?;
         let first = reader.headers().first().ok_or_else(|| malformed("it has no parts"))?;
         let metadata = metadata(first);
         let primaries = first.shared_attributes.chromaticities.map(|c| {
@@ -64,7 +54,7 @@ pub(in crate::codec) fn read(bytes: &[u8]) -> Result<Picture, ImageError> {
         let channels = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
         let image = channels.all_layers().all_attributes().non_parallel().from_chunks(reader);
         let mut layers = Vec::new();
-        for (index, part) in image.map_err(malformed)?.layer_data.into_iter().enumerate() {
+        for (index, part) in image.map_err(foreign)?.layer_data.into_iter().enumerate() {
             layers.extend(part_layers(index, part)?);
         }
         for layer in &mut layers {
@@ -77,21 +67,19 @@ pub(in crate::codec) fn read(bytes: &[u8]) -> Result<Picture, ImageError> {
 /// Runs `decode`; a panic becomes an error.
 ///
 /// The `exr` crate is not proven free of panics on hostile bytes (overflowing sizes, inner assertions), and its state
-/// is dropped with the error, so nothing broken is ever seen. The panic hook still runs and may print.
+/// is dropped with the error, so nothing broken is ever seen. The panic hook still runs and may print. Allocations that
+/// fail abort and can't be caught: [`limits`] and [`dwa`] see to it that none is that large.
 fn guarded<T>(decode: impl FnOnce() -> Result<T, ImageError>) -> Result<T, ImageError> {
     catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(malformed("decoding failed")))
 }
 
 /// Reads and checks the headers.
 fn open(bytes: &[u8]) -> Result<Reader<Cursor<&[u8]>>, ImageError> {
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(malformed)?;
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(foreign)?;
     let mut total = 0_u64;
     for header in reader.headers() {
         if header.deep {
             return Err(ImageError::unsupported(Format::Exr, "deep data is"));
-        }
-        if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-            return Err(ImageError::unsupported(Format::Exr, "subsampled channels are"));
         }
         let Vec2(width, height) = header.layer_size;
         let pixel_bytes = 4 * header.channels.list.len() as u64;
@@ -104,38 +92,52 @@ fn open(bytes: &[u8]) -> Result<Reader<Cursor<&[u8]>>, ImageError> {
     Ok(reader)
 }
 
-/// The facts that a header states.
+/// The facts that a header states. Standard attributes beyond those of [`Metadata`] are left out, apart from the owner
+/// and the two matrices of the camera.
 fn metadata(header: &Header) -> Metadata {
     let Vec2(x, y) = header.own_attributes.layer_position;
     let window = header.shared_attributes.display_window;
-    let data = header.data_window();
+    let own = &header.own_attributes;
     let mut metadata = Metadata {
         offset: [x - window.position.0, y - window.position.1],
-        full_size: (window != data).then_some([window.size.0, window.size.1]),
+        full_size: (window != header.data_window()).then_some([window.size.0, window.size.1]),
+        software: own.software_name.as_ref().map(string),
+        comments: own.comments.as_ref().map(string),
         ..Metadata::default()
     };
-    for (name, value) in header.all_named_attributes() {
-        let name = String::from_utf8_lossy(name).into_owned();
+    let matrices = [("worldToCamera", own.world_to_camera), ("worldToNDC", own.world_to_normalized_device)];
+    for (name, matrix) in matrices {
+        let matrix = matrix.map(|matrix| (name.to_string(), Attribute::Matrix(matrix)));
+        metadata.attributes.extend(matrix);
+    }
+    let owner = own.owner.as_ref().map(|owner| ("owner".to_string(), Attribute::Text(string(owner))));
+    metadata.attributes.extend(owner);
+    for (name, value) in &own.other {
         let value = match value {
-            AttributeValue::Text(text) => {
-                Attribute::Text(String::from_utf8_lossy(text.as_slice()).into_owned())
-            }
-            AttributeValue::I32(value) => Attribute::Int(value),
-            AttributeValue::F32(value) => Attribute::Float(value),
-            AttributeValue::Matrix4x4(value) => Attribute::Matrix(value),
+            AttributeValue::Text(text) => Attribute::Text(string(text)),
+            AttributeValue::I32(value) => Attribute::Int(*value),
+            AttributeValue::F32(value) => Attribute::Float(*value),
+            AttributeValue::Matrix4x4(value) => Attribute::Matrix(*value),
             _ => continue,
         };
-        match (name.as_str(), value) {
-            ("software", Attribute::Text(text)) => metadata.software = Some(text),
-            ("comments", Attribute::Text(text)) => metadata.comments = Some(text),
-            (SAMPLES, Attribute::Int(samples)) if samples >= 0 => metadata.samples = Some(samples.unsigned_abs()),
-            (SEED, Attribute::Text(text)) if text.parse::<u64>().is_ok() => metadata.seed = text.parse().ok(),
-            (other, _) if STRUCTURAL.contains(&other) => {}
-            (_, value) => metadata.attributes.push((name, value)),
+        match (string(name), value) {
+            (name, Attribute::Int(samples @ 0..)) if name == SAMPLES => {
+                metadata.samples = Some(samples.unsigned_abs());
+            }
+            (name, Attribute::Text(text)) if name == SEED && text.parse::<u64>().is_ok() => {
+                metadata.seed = text.parse().ok();
+            }
+            (name, value) => metadata.attributes.push((name, value)),
         }
     }
+    // The map that they come from has no order of its own.
     metadata.attributes.sort_by(|a, b| a.0.cmp(&b.0));
     metadata
+}
+
+/// The text, its bytes being UTF-8.
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 /// A channel on its way into a layer.
@@ -146,18 +148,18 @@ struct Plane {
 
 /// The layers of one part.
 fn part_layers(index: usize, part: ExrLayer<AnyChannels<FlatSamples>>) -> Result<Vec<Layer>, ImageError> {
-    let part_name = part.attributes.layer_name.map(|name| String::from_utf8_lossy(name.as_slice()).into_owned());
+    let part_name = part.attributes.layer_name.as_ref().map(string);
     let unnamed = if index == 0 { None } else { part_name };
     let mut groups: Vec<(Option<String>, Vec<Plane>)> = Vec::new();
     for channel in part.channel_data.list {
-        let full_name = String::from_utf8_lossy(channel.name.as_slice()).into_owned();
+        let full_name = string(&channel.name);
         let (group, name) = match full_name.rsplit_once('.') {
             Some((group, name)) => (Some(group.to_string()), name.to_string()),
             None => (unnamed.clone(), full_name),
         };
         let values = match channel.sample_data {
             FlatSamples::F32(values) => values,
-            FlatSamples::F16(values) => values.into_iter().map(|value| value.to_f32()).collect(),
+            FlatSamples::F16(values) => values.into_iter().map(f16::to_f32).collect(),
             FlatSamples::U32(values) => values.into_iter().map(|value| value as f32).collect(),
         };
         let plane = Plane { name, values };
@@ -205,7 +207,11 @@ fn split(is_named: bool, mut planes: Vec<Plane>) -> Vec<Vec<Plane>> {
 }
 
 /// One layer of one to four channels.
-fn interleave(name: Option<String>, planes: Vec<Plane>, [width, height]: [usize; 2]) -> Result<Layer, ImageError> {
+fn interleave(
+    name: Option<String>,
+    planes: Vec<Plane>,
+    [width, height]: [usize; 2],
+) -> Result<Layer, ImageError> {
     let channels = planes.len();
     let mut values = vec![0.0; width * height * channels];
     for (channel, plane) in planes.iter().enumerate() {
@@ -232,6 +238,16 @@ fn set_color_space(layer: &mut Layer, primaries: Option<&Chromaticities>) -> Res
     Ok(())
 }
 
-fn malformed(message: impl ToString) -> ImageError {
+/// The error for one of the `exr` crate.
+pub(super) fn foreign(error: exr::error::Error) -> ImageError {
+    match error {
+        exr::error::Error::NotSupported(feature) => {
+            ImageError::unsupported(Format::Exr, format!("a feature ({feature}) is"))
+        }
+        other => malformed(other),
+    }
+}
+
+pub(super) fn malformed(message: impl ToString) -> ImageError {
     ImageError::malformed(Format::Exr, message)
 }

@@ -68,7 +68,8 @@ fn layer_channels(
     let names = layer.channel_names.iter().enumerate();
     names
         .map(|(index, channel)| {
-            let half = precision == Precision::Half && matches!(channel.as_str(), "R" | "G" | "B" | "A" | "Y");
+            let half =
+                precision == Precision::Half && matches!(channel.as_str(), "R" | "G" | "B" | "A" | "Y");
             let samples = if half && layer.is_color() {
                 FlatSamples::F16(plane(&linear, index).map(to_half).collect())
             } else {
@@ -119,17 +120,31 @@ fn layer_attributes(metadata: &Metadata) -> Result<LayerAttributes, ImageError> 
     });
     let seed = metadata.seed.map(|seed| (SEED.to_string(), Attribute::Text(seed.to_string())));
     for (name, value) in samples.into_iter().chain(seed).chain(metadata.attributes.iter().cloned()) {
-        let value = match value {
-            Attribute::Text(value) => AttributeValue::Text(text(&value)),
-            Attribute::Int(value) => AttributeValue::I32(value),
-            Attribute::Float(value) => AttributeValue::F32(value),
-            Attribute::Matrix(value) => AttributeValue::Matrix4x4(value),
-        };
-        if attributes.other.insert(channel_name(&name)?, value).is_some() {
+        if set_attribute(&mut attributes, &name, value)? {
             return Err(encode_error(format!("two attributes are called `{name}`")));
         }
     }
     Ok(attributes)
+}
+
+/// Adds an attribute; tells whether there was one of that name. The `exr` crate wants those it knows in their fields.
+fn set_attribute(attributes: &mut LayerAttributes, name: &str, value: Attribute) -> Result<bool, ImageError> {
+    Ok(match (name, value) {
+        ("owner", Attribute::Text(value)) => attributes.owner.replace(text(&value)).is_some(),
+        ("worldToCamera", Attribute::Matrix(value)) => attributes.world_to_camera.replace(value).is_some(),
+        ("worldToNDC", Attribute::Matrix(value)) => {
+            attributes.world_to_normalized_device.replace(value).is_some()
+        }
+        (name, value) => {
+            let value = match value {
+                Attribute::Text(value) => AttributeValue::Text(text(&value)),
+                Attribute::Int(value) => AttributeValue::I32(value),
+                Attribute::Float(value) => AttributeValue::F32(value),
+                Attribute::Matrix(value) => AttributeValue::Matrix4x4(value),
+            };
+            attributes.other.insert(channel_name(name)?, value).is_some()
+        }
+    })
 }
 
 fn image_attributes(
@@ -173,7 +188,8 @@ fn text(value: &str) -> Text {
 /// run. The header keeps its length, so that the table of offsets behind it stays right.
 fn sort_attributes(bytes: &mut [u8]) {
     const START: usize = 8;
-    let text_end = |from: usize| bytes[from..].iter().position(|&byte| byte == 0).map(|length| from + length + 1);
+    let text_end =
+        |from: usize| bytes[from..].iter().position(|&byte| byte == 0).map(|length| from + length + 1);
     let mut attributes = Vec::new();
     let mut position = START;
     while bytes.get(position).is_some_and(|&byte| byte != 0) {

@@ -2,14 +2,16 @@
 
 use std::io::Cursor;
 
-use exr::image::{AnyChannel, AnyChannels, Encoding as Blocks, FlatSamples, Image as ExrImage, Layer as ExrLayer};
+use exr::image::{
+    AnyChannel, AnyChannels, Encoding as Blocks, FlatSamples, Image as ExrImage, Layer as ExrLayer, Layers,
+};
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{Compression, LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage, f16};
 
 use super::{byte_image, floats, light_image};
 use crate::{
-    Attribute, ColorSpace, EncodeOptions, Format, Image, ImageError, Layer, Metadata, Picture, Pixels, Precision,
-    encode, probe, read, read_layers,
+    Attribute, ColorSpace, EncodeOptions, Format, Image, ImageError, Layer, Metadata, Picture, Pixels,
+    Precision, encode, probe, read, read_layers,
 };
 
 fn write(picture: &Picture) -> Vec<u8> {
@@ -37,6 +39,7 @@ fn full_picture() -> Picture {
         offset: [3, 7],
         full_size: Some([20, 30]),
         attributes: vec![
+            ("owner".into(), Attribute::Text("nobody".into())),
             ("renderTimeSeconds".into(), Attribute::Float(1.5)),
             ("scene".into(), Attribute::Text("box".into())),
             ("version2".into(), Attribute::Int(-4)),
@@ -109,9 +112,8 @@ fn bytes_are_decoded_to_light() {
 
 #[test]
 fn pictures_that_exr_cannot_hold_are_refused() {
-    let message = |picture: &Picture| {
-        encode(picture, Format::Exr, &EncodeOptions::default()).unwrap_err().to_string()
-    };
+    let message =
+        |picture: &Picture| encode(picture, Format::Exr, &EncodeOptions::default()).unwrap_err().to_string();
     assert_eq!(message(&Picture::default()), "can't write EXR: the picture has no layer");
     let mut twice = Picture::from_image(light_image(2, 2, 3));
     twice.layers.push(Layer::beauty(light_image(2, 2, 3)));
@@ -152,12 +154,13 @@ fn plane(offset: f32) -> FlatSamples {
     FlatSamples::F32((0..800).map(|index| offset + (index % 97) as f32).collect())
 }
 
-fn file_of(parts: Vec<ExrLayer<AnyChannels<FlatSamples>>>, chromaticities: Option<Chromaticities>) -> Vec<u8> {
-    let mut image = ExrImage::empty(exr::meta::header::ImageAttributes::with_size((40, 20)));
-    image.attributes.chromaticities = chromaticities;
-    for part in parts {
-        image = image.with_layer(part);
-    }
+fn file_of(
+    parts: Vec<ExrLayer<AnyChannels<FlatSamples>>>,
+    chromaticities: Option<Chromaticities>,
+) -> Vec<u8> {
+    let mut attributes = exr::meta::header::ImageAttributes::with_size((40, 20));
+    attributes.chromaticities = chromaticities;
+    let image = ExrImage { attributes, layer_data: Layers::from_vec(parts) };
     let mut file = Vec::new();
     image.write().non_parallel().to_buffered(Cursor::new(&mut file)).unwrap();
     file
@@ -165,6 +168,39 @@ fn file_of(parts: Vec<ExrLayer<AnyChannels<FlatSamples>>>, chromaticities: Optio
 
 fn rgb(encoding: Blocks) -> ExrLayer<AnyChannels<FlatSamples>> {
     part(Some("main"), vec![("R", plane(0.0)), ("G", plane(1000.0)), ("B", plane(2000.0))], encoding)
+}
+
+/// Every compression that the reader knows.
+pub(super) const LOSSY_AND_LOSSLESS: [Compression; 10] = [
+    Compression::Uncompressed,
+    Compression::RLE,
+    Compression::ZIP1,
+    Compression::ZIP16,
+    Compression::PIZ,
+    Compression::PXR24,
+    Compression::B44,
+    Compression::B44A,
+    Compression::DWAA(None),
+    Compression::DWAB(None),
+];
+
+/// A file in scan lines and one in tiles.
+pub(super) fn variants(compression: Compression) -> [Vec<u8>; 2] {
+    [exr::prelude::Blocks::ScanLines, exr::prelude::Blocks::Tiles(Vec2(16, 16))].map(|blocks| {
+        file_of(vec![rgb(Blocks { compression, blocks, line_order: LineOrder::Increasing })], None)
+    })
+}
+
+#[test]
+fn lossy_compressions_are_read() {
+    for compression in LOSSY_AND_LOSSLESS {
+        for file in variants(compression) {
+            let image = read(&file, "").unwrap();
+            for (found, expected) in image.pixel(5, 1).iter().zip([45.0_f32, 1045.0, 2045.0]) {
+                assert!((found / expected - 1.0).abs() < 0.1, "{compression:?} {found} {expected}");
+            }
+        }
+    }
 }
 
 #[test]
@@ -196,11 +232,8 @@ fn parts_become_layers() {
     let many = ["a", "b", "c", "d", "e"].map(|name| (name, plane(0.0))).into_iter();
     let ids = part(Some("ids"), many.chain([("id.first", integers)]).collect(), encoding);
     let picture = read_layers(&file_of(vec![rgb(encoding), depth, ids], None), "").unwrap();
-    let names: Vec<(Option<&str>, String)> = picture
-        .layers
-        .iter()
-        .map(|layer| (layer.name.as_deref(), layer.channel_names.concat()))
-        .collect();
+    let names: Vec<(Option<&str>, String)> =
+        picture.layers.iter().map(|layer| (layer.name.as_deref(), layer.channel_names.concat())).collect();
     let expected = [
         (None, "RGB"),
         (Some("depth"), "Z"),
@@ -248,10 +281,14 @@ fn unusual_primaries_are_converted() {
 
 #[test]
 fn subsampled_channels_are_refused() {
-    let mut chroma = part(None, vec![("Y", plane(0.0))], Blocks::UNCOMPRESSED);
-    let mut subsampled = AnyChannel::new("RY", FlatSamples::F32(vec![0.0; 200]));
-    subsampled.sampling = Vec2(2, 2);
-    chroma.channel_data.list.insert(0, subsampled);
-    let error = read(&file_of(vec![chroma], None), "").unwrap_err();
-    assert_eq!(error, ImageError::unsupported(Format::Exr, "subsampled channels are"));
+    let mut file = write(&Picture::from_image(light_image(4, 4, 1)));
+    let key = b"chlist\0";
+    let list = file.windows(key.len()).position(|bytes| bytes == key).unwrap() + key.len() + 4;
+    // Name and its end, type, linearity: then the steps in x and y.
+    let steps = list + 2 + 4 + 4;
+    assert_eq!(file[steps..steps + 8], [1, 0, 0, 0, 1, 0, 0, 0]);
+    file[steps] = 2;
+    file[steps + 4] = 2;
+    let error = read(&file, "").unwrap_err();
+    assert!(matches!(error, ImageError::Unsupported { .. }), "{error}");
 }

@@ -6,7 +6,8 @@ use image::codecs::tga::TgaEncoder;
 
 use super::{byte_image, bytes, floats, light_image};
 use crate::{
-    BitDepth, ColorSpace, Curve, EncodeOptions, Encoding, Format, Image, ImageError, Pixels, ToneMap, probe, read,
+    BitDepth, ColorSpace, Curve, EncodeOptions, Encoding, Format, Image, ImageError, Pixels, ToneMap, probe,
+    read,
 };
 
 const DEFAULT: EncodeOptions = EncodeOptions {
@@ -97,13 +98,13 @@ fn alpha_is_divided_out_and_multiplied_in() {
     let shown = read(&png, "").unwrap();
     assert_eq!(bytes(&shown), [188, 188, 188, 128]);
     let exr = read(&shown.encode(Format::Exr, &DEFAULT).unwrap(), "").unwrap();
-    assert!((floats(&exr)[0] - 0.25).abs() < 2e-3, "{exr:?}");
+    assert!((floats(&exr)[0] - 0.25).abs() < 3e-3, "{exr:?}");
     // Without alpha, the picture is over black: 0.25 is 137 in sRGB.
     for image in [&light, &shown] {
         let ppm = read(&image.encode(Format::Ppm, &DEFAULT).unwrap(), "").unwrap();
         assert!(bytes(&ppm).iter().all(|&byte| byte.abs_diff(137) <= 1), "{ppm:?}");
         let pfm = read(&image.encode(Format::Pfm, &DEFAULT).unwrap(), "").unwrap();
-        assert!(pfm.channels == 3 && (floats(&pfm)[0] - 0.25).abs() < 2e-3);
+        assert!(pfm.channels == 3 && (floats(&pfm)[0] - 0.25).abs() < 3e-3);
     }
 }
 
@@ -124,7 +125,9 @@ fn ppm_headers_may_have_comments_and_other_white() {
     let image = read(b"P6 1 1 1000\n\x00\x00\x01\xf4\x03\xe8", "").unwrap();
     assert_eq!(floats(&image), [0.0, 0.5, 1.0]);
     assert_eq!(probe(b"P6 1 1 1000\n", "").unwrap().bits, 16);
-    for broken in [&b"P6"[..], b"P6 1", b"P6 1 1 0 \0\0\0", b"P6 x 1 255 \0\0\0", b"P6 1 1 70000 \0\0\0\0\0\0"] {
+    for broken in
+        [&b"P6"[..], b"P6 1", b"P6 1 1 0 \0\0\0", b"P6 x 1 255 \0\0\0", b"P6 1 1 70000 \0\0\0\0\0\0"]
+    {
         assert!(matches!(read(broken, ""), Err(ImageError::Malformed { .. })));
     }
 }
@@ -205,7 +208,8 @@ fn tga_is_read_by_its_extension() {
 
 #[test]
 fn jpeg_is_read_nearly_as_written() {
-    let smooth = (0..16 * 16).flat_map(|index| [index % 16 * 16, index / 16 * 16, 128].map(|value| value as u8));
+    let smooth =
+        (0..16 * 16).flat_map(|index| [index % 16 * 16, index / 16 * 16, 128].map(|value| value as u8));
     let smooth: Vec<u8> = smooth.collect();
     let mut file = Vec::new();
     JpegEncoder::new_with_quality(&mut file, 100).encode(&smooth, 16, 16, ExtendedColorType::Rgb8).unwrap();

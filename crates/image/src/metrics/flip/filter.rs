@@ -33,7 +33,8 @@ impl Kernel {
     pub(super) fn balanced(&self) -> Kernel {
         let positive: f32 = self.weights.iter().filter(|weight| **weight > 0.0).sum();
         let negative: f32 = self.weights.iter().filter(|weight| **weight < 0.0).sum();
-        let balance = |&weight: &f32| if weight > 0.0 { weight / positive } else { weight / negative.abs().max(1e-30) };
+        let balance =
+            |&weight: &f32| if weight > 0.0 { weight / positive } else { weight / negative.abs().max(1e-30) };
         Kernel { weights: self.weights.iter().map(balance).collect() }
     }
 }

@@ -181,7 +181,11 @@ mod tests {
         let image = stripes(40, 30, 0.0);
         assert_eq!(flip(&image, &image).unwrap(), 0.0);
         let bright = Image::filled(5, 5, 3, 9.0).unwrap();
-        assert_eq!(flip(&bright, &Image::filled(5, 5, 3, 4.0).unwrap()).unwrap(), 0.0, "both are clipped to white");
+        assert_eq!(
+            flip(&bright, &Image::filled(5, 5, 3, 4.0).unwrap()).unwrap(),
+            0.0,
+            "both are clipped to white"
+        );
     }
 
     #[test]

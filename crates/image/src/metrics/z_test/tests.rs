@@ -106,7 +106,7 @@ fn neighbours_that_vary_together_do_not_trip_the_test() {
     let pairs = |seed| {
         let image = noisy(seed, |_, _| 0.0);
         let twice = (0..SIZE * SIZE).flat_map(|index| {
-            let pixel = image.pixel(index % SIZE & !1, index / SIZE);
+            let pixel = image.pixel((index % SIZE) & !1, index / SIZE);
             [pixel[0], pixel[1], pixel[2]]
         });
         Image::rgb_f32(SIZE, SIZE, twice.collect()).unwrap()

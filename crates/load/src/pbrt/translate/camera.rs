@@ -40,7 +40,10 @@ fn lens(p: &Reader<'_>, projection: Projection) -> Camera {
     let screen_window = p.float_array::<4>("screenwindow").filter(|[x0, x1, y0, y1]| {
         let valid = x0 < x1 && y0 < y1;
         if !valid {
-            p.invalid("screenwindow", "must be x min, x max, y min and y max, each minimum below its maximum");
+            p.invalid(
+                "screenwindow",
+                "must be x min, x max, y min and y max, each minimum below its maximum",
+            );
         }
         valid
     });

@@ -4,8 +4,8 @@ use sahl_image::ColorSpace;
 use sahl_scene::Film;
 
 use super::super::reader::Reader;
-use super::spectrum::SENSORS;
 use super::lookup;
+use super::spectrum::SENSORS;
 
 /// Pixels that an image may have: 16 384 squared.
 const PIXEL_LIMIT: u64 = 1 << 28;
@@ -48,7 +48,10 @@ pub(in super::super) fn film(name: &str, p: &Reader<'_>, color_space: ColorSpace
 
 fn gbuffer(p: &Reader<'_>) {
     p.choice("coordinatesystem", &[("camera", ()), ("world", ())], ());
-    p.unsupported_plugin("unsupported-film", "an `rgb` film is used; ask for further channels when rendering");
+    p.unsupported_plugin(
+        "unsupported-film",
+        "an `rgb` film is used; ask for further channels when rendering",
+    );
 }
 
 fn spectral(p: &Reader<'_>) {
@@ -63,7 +66,9 @@ fn resolution(p: &Reader<'_>) -> [u32; 2] {
     if u64::from(width) * u64::from(height) <= PIXEL_LIMIT {
         return [width, height];
     }
-    p.invalid("xresolution", &format!("and `yresolution` ask for {width} × {height} pixels; {PIXEL_LIMIT} is the limit"));
+    let span = p.find("xresolution").map_or(p.span(), |parameter| parameter.value_span);
+    let message = format!("{} has {width} × {height} pixels: {PIXEL_LIMIT} is the limit", p.what());
+    p.report().error("invalid-value", span, message);
     default
 }
 
@@ -74,7 +79,11 @@ fn crop(p: &Reader<'_>, resolution: [u32; 2]) -> Option<[u32; 4]> {
     let (name, crop) = match (bounds, window) {
         (Some(bounds), _) => {
             if window.is_some() {
-                p.report().warning("repeated-parameter", p.span(), "of `pixelbounds` and `cropwindow` the first is used");
+                p.report().warning(
+                    "repeated-parameter",
+                    p.span(),
+                    "of `pixelbounds` and `cropwindow` the first is used",
+                );
             }
             ("pixelbounds", bounds.map(i64::from))
         }
@@ -92,7 +101,11 @@ fn crop(p: &Reader<'_>, resolution: [u32; 2]) -> Option<[u32; 4]> {
         return None;
     }
     if clamped.map(i64::from) != crop {
-        p.report().warning("crop-range", p.span(), format!("`{name}` reaches beyond the image: it is cut to it"));
+        p.report().warning(
+            "crop-range",
+            p.span(),
+            format!("`{name}` reaches beyond the image: it is cut to it"),
+        );
     }
     Some(clamped)
 }

@@ -18,7 +18,11 @@ pub(in super::super) struct ImageCache {
 }
 
 /// The image in the file called `name`, its values taken to be in `encoding` if the file's format does not tell.
-pub(super) fn image(cx: &mut Context<'_>, name: &Name, encoding: Option<Encoding>) -> Option<Handle<Arc<Image>>> {
+pub(super) fn image(
+    cx: &mut Context<'_>,
+    name: &Name,
+    encoding: Option<Encoding>,
+) -> Option<Handle<Arc<Image>>> {
     let tag = format!("{encoding:?}");
     for path in cx.files.candidates(&name.text) {
         if let Some(image) = cx.images.found.get(&(path, tag.clone())) {

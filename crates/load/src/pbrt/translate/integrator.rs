@@ -15,10 +15,14 @@ const INTEGRATORS: &[(&str, Read)] = &[
     ("simplevolpath", |p| instead_of(p, &[], "which leaves out participating media")),
     ("randomwalk", |p| instead_of(p, &[], "which converges to the same image")),
     ("lightpath", |p| instead_of(p, &[], "which converges to the same image")),
-    ("bdpt", |p| instead_of(p, &["visualizestrategies", "visualizeweights"], "whose caustics may be noisier")),
+    ("bdpt", |p| {
+        instead_of(p, &["visualizestrategies", "visualizeweights"], "whose caustics may be noisier")
+    }),
     ("mlt", |p| instead_of(p, MLT, "whose hard paths may be noisier")),
     ("sppm", |p| instead_of(p, &["photonsperiteration", "radius", "seed"], "whose caustics may be noisier")),
-    ("function", |p| instead_of(p, &["function", "filename", "skipbad", "imagefilename"], "which renders the scene")),
+    ("function", |p| {
+        instead_of(p, &["function", "filename", "skipbad", "imagefilename"], "which renders the scene")
+    }),
     ("ambientocclusion", ambient_occlusion),
     ("whitted", |p| Integrator::Whitted { max_depth: p.count("maxdepth", 5) }),
     ("normals", |_| Integrator::Normals),
@@ -60,7 +64,10 @@ fn instead_of(p: &Reader<'_>, own: &[&'static str], remark: &str) -> Integrator 
 
 fn ambient_occlusion(p: &Reader<'_>) -> Integrator {
     if !p.bool("cossample", true) {
-        p.unsupported(&["cossample"], "directions are sampled by the cosine, which converges to the same image");
+        p.unsupported(
+            &["cossample"],
+            "directions are sampled by the cosine, which converges to the same image",
+        );
     }
     Integrator::Ao { max_distance: p.float_or_infinity("maxdistance") }
 }

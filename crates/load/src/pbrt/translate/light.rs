@@ -70,7 +70,11 @@ fn axis(p: &Reader<'_>, frame: &LightFrame) -> Option<Vec3> {
     let (from, to) = (p.point("from", Vec3::ZERO), p.point("to", Vec3::Z));
     let direction = frame.to_world.vector(to - from).try_normalize();
     if direction.is_none() {
-        p.report().error("invalid-value", p.span(), format!("{}: `from` and `to` are the same point", p.what()));
+        p.report().error(
+            "invalid-value",
+            p.span(),
+            format!("{}: `from` and `to` are the same point", p.what()),
+        );
     }
     direction
 }
@@ -118,6 +122,7 @@ fn distant(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<L
 
 fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
     p.unsupported(&["portal"], "light is sampled from all directions, and not stopped outside the portal");
+    let (scale, illuminance) = (scale(p), photometric(p, "illuminance"));
     let constant = spectrum(cx, p, "L", Role::Illuminant);
     let radiance = match p.string("filename") {
         Some(_) if constant.is_some() => {
@@ -127,12 +132,7 @@ fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<
         Some(_) => environment(cx, p)?,
         None => Radiance::Constant(constant.unwrap_or_else(|| frame.white.clone())),
     };
-    Some(Light::Infinite {
-        radiance,
-        scale: scale(p),
-        illuminance: photometric(p, "illuminance"),
-        light_to_world: frame.to_world,
-    })
+    Some(Light::Infinite { radiance, scale, illuminance, light_to_world: frame.to_world })
 }
 
 /// The image of an infinite light: square and equal-area as pbrt has it, or latitude-longitude as others do.
@@ -144,7 +144,8 @@ fn environment(cx: &mut Context<'_>, p: &Reader<'_>) -> Option<Radiance> {
         return Some(Radiance::EqualArea(handle));
     }
     if width == 2 * height {
-        let message = format!("`{}` is twice as wide as high: it is read as a latitude-longitude map", name.text);
+        let message =
+            format!("`{}` is twice as wide as high: it is read as a latitude-longitude map", name.text);
         p.report().warning("environment-layout", name.span, message);
         return Some(Radiance::LatLong(handle));
     }

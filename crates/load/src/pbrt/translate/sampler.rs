@@ -27,7 +27,11 @@ pub(in super::super) fn sampler(name: &str, p: &Reader<'_>) -> Option<Sampler> {
 }
 
 fn sampler_of(p: &Reader<'_>, kind: SamplerKind, samples: i32) -> Sampler {
-    Sampler { kind, samples: p.integer("pixelsamples", samples, 1, SAMPLE_LIMIT).unsigned_abs(), seed: seed(p) }
+    Sampler {
+        kind,
+        samples: p.integer("pixelsamples", samples, 1, SAMPLE_LIMIT).unsigned_abs(),
+        seed: seed(p),
+    }
 }
 
 fn seed(p: &Reader<'_>) -> u64 {
@@ -37,7 +41,8 @@ fn seed(p: &Reader<'_>) -> u64 {
 /// A low-discrepancy sampler: Owen-scrambled points stand for all of them, since their images converge to the same and
 /// their noise is at most the same. Only randomisations that leave structure in the noise on purpose are told.
 fn scrambled(p: &Reader<'_>, structured: &[&str]) -> Sampler {
-    let known = [("none", "none"), ("permutedigits", "permutedigits"), ("fastowen", "owen"), ("owen", "owen")];
+    let known =
+        [("none", "none"), ("permutedigits", "permutedigits"), ("fastowen", "owen"), ("owen", "owen")];
     let randomization = p.choice("randomization", &known, "owen");
     if structured.contains(&randomization) && p.string("randomization").is_some() {
         p.unsupported(&["randomization"], "points are Owen-scrambled");

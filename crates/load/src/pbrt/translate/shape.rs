@@ -44,21 +44,22 @@ fn sphere(_: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
     let radius = p.positive("radius", 1.0);
     let within = |value: f32| value.clamp(-radius, radius);
     let (z0, z1) = (within(p.float("zmin", -radius)), within(p.float("zmax", radius)));
+    let phi_max = sweep(p);
     if z0 == z1 {
-        p.invalid("zmin", "and `zmax` leave nothing of the sphere");
+        p.invalid("zmin", "meets `zmax`: nothing is left of the surface");
         return Vec::new();
     }
-    vec![Geometry::Sphere { radius, z_min: z0.min(z1), z_max: z0.max(z1), phi_max: sweep(p) }]
+    vec![Geometry::Sphere { radius, z_min: z0.min(z1), z_max: z0.max(z1), phi_max }]
 }
 
 fn cylinder(_: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
     let (z0, z1) = (p.float("zmin", -1.0), p.float("zmax", 1.0));
-    let radius = p.positive("radius", 1.0);
+    let (radius, phi_max) = (p.positive("radius", 1.0), sweep(p));
     if z0 == z1 {
-        p.invalid("zmin", "and `zmax` leave nothing of the cylinder");
+        p.invalid("zmin", "meets `zmax`: nothing is left of the surface");
         return Vec::new();
     }
-    vec![Geometry::Cylinder { radius, z_min: z0.min(z1), z_max: z0.max(z1), phi_max: sweep(p) }]
+    vec![Geometry::Cylinder { radius, z_min: z0.min(z1), z_max: z0.max(z1), phi_max }]
 }
 
 fn disk(_: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
@@ -77,8 +78,9 @@ struct Vertices {
 
 /// Reads `P`, `N` and `uv`; `None`, reported, without positions.
 fn vertices(p: &Reader<'_>) -> Option<Vertices> {
-    // Only textures that are stored by face look at these.
-    p.without_effect(&["faceIndices"]);
+    // Only textures that are stored by face look at `faceIndices`. The others are named so that they are known even if
+    // reading ends before them.
+    p.without_effect(&["faceIndices", "indices", "N", "uv"]);
     let Some(positions) = p.vectors("P", Kind::Point3) else {
         if !p.has("P") {
             p.report().error("missing-parameter", p.span(), format!("{} needs `point3 P`", p.what()));
@@ -88,11 +90,7 @@ fn vertices(p: &Reader<'_>) -> Option<Vertices> {
     let count = positions.len();
     let normals = p.vectors("N", Kind::Normal).filter(|normals| same_count(p, "N", normals.len(), count));
     let uvs = p.pairs("uv").filter(|uvs| same_count(p, "uv", uvs.len(), count));
-    Some(Vertices {
-        positions: positions.into(),
-        normals: normals.map(Into::into),
-        uvs: uvs.map(Into::into),
-    })
+    Some(Vertices { positions: positions.into(), normals: normals.map(Into::into), uvs: uvs.map(Into::into) })
 }
 
 fn same_count(p: &Reader<'_>, name: &'static str, found: usize, expected: usize) -> bool {

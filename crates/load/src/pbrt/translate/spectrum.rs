@@ -177,8 +177,10 @@ fn named(cx: &Context<'_>, name: &Name) -> Option<Spectrum> {
     match cx.files.read(&name.text) {
         Ok((_, bytes)) => spectrum_file(cx, name, &bytes),
         Err(error) => {
-            let message =
-                format!("{} is neither a named spectrum nor a readable file: {error}", quote(name.text.as_bytes()));
+            let message = format!(
+                "{} is neither a named spectrum nor a readable file: {error}",
+                quote(name.text.as_bytes())
+            );
             let mut diagnostic = Diagnostic::error("unknown-spectrum", name.span, message);
             let names: Vec<String> = builtin_names().collect();
             if let Some(nearest) = suggest::nearest(&name.text, names.iter().map(String::as_str)) {
@@ -219,12 +221,14 @@ fn spectrum_file(cx: &Context<'_>, name: &Name, bytes: &[u8]) -> Option<Spectrum
 fn sampled(cx: &Context<'_>, values: &[f32], place: impl Fn(usize) -> Span) -> Option<Spectrum> {
     let (pairs, rest) = values.as_chunks::<2>();
     if !rest.is_empty() || pairs.is_empty() {
-        let message = format!("a spectrum needs pairs of wavelength and value, found {} numbers", values.len());
+        let message =
+            format!("a spectrum needs pairs of wavelength and value, found {} numbers", values.len());
         cx.report.error("wrong-count", place(values.len().saturating_sub(1)), message);
         return None;
     }
     if let Some(index) = pairs.windows(2).position(|pair| pair[1][0] <= pair[0][0]) {
-        let message = format!("wavelengths must increase, found {} after {}", pairs[index + 1][0], pairs[index][0]);
+        let message =
+            format!("wavelengths must increase, found {} after {}", pairs[index + 1][0], pairs[index][0]);
         cx.report.error("wavelength-order", place(2 * index + 2), message);
         return None;
     }
@@ -233,19 +237,63 @@ fn sampled(cx: &Context<'_>, values: &[f32], place: impl Fn(usize) -> Span) -> O
 
 /// pbrt-v4's named spectra of materials and lights.
 const BUILTIN: &[&str] = &[
-    "glass-BAF10", "glass-BK7", "glass-F10", "glass-F11", "glass-F5", "glass-FK51A", "glass-LASF9",
-    "illum-acesD60", "metal-Ag-eta", "metal-Ag-k", "metal-Al-eta", "metal-Al-k", "metal-Au-eta", "metal-Au-k",
-    "metal-Cu-eta", "metal-Cu-k", "metal-CuZn-eta", "metal-CuZn-k", "metal-MgO-eta", "metal-MgO-k",
-    "metal-TiO2-eta", "metal-TiO2-k", "stdillum-A", "stdillum-D50", "stdillum-D65", "stdillum-F1", "stdillum-F10",
-    "stdillum-F11", "stdillum-F12", "stdillum-F2", "stdillum-F3", "stdillum-F4", "stdillum-F5", "stdillum-F6",
-    "stdillum-F7", "stdillum-F8", "stdillum-F9",
+    "glass-BAF10",
+    "glass-BK7",
+    "glass-F10",
+    "glass-F11",
+    "glass-F5",
+    "glass-FK51A",
+    "glass-LASF9",
+    "illum-acesD60",
+    "metal-Ag-eta",
+    "metal-Ag-k",
+    "metal-Al-eta",
+    "metal-Al-k",
+    "metal-Au-eta",
+    "metal-Au-k",
+    "metal-Cu-eta",
+    "metal-Cu-k",
+    "metal-CuZn-eta",
+    "metal-CuZn-k",
+    "metal-MgO-eta",
+    "metal-MgO-k",
+    "metal-TiO2-eta",
+    "metal-TiO2-k",
+    "stdillum-A",
+    "stdillum-D50",
+    "stdillum-D65",
+    "stdillum-F1",
+    "stdillum-F10",
+    "stdillum-F11",
+    "stdillum-F12",
+    "stdillum-F2",
+    "stdillum-F3",
+    "stdillum-F4",
+    "stdillum-F5",
+    "stdillum-F6",
+    "stdillum-F7",
+    "stdillum-F8",
+    "stdillum-F9",
 ];
 
 /// pbrt-v4's cameras: three curves of sensitivity each.
 pub(super) const SENSORS: &[&str] = &[
-    "canon_eos_100d", "canon_eos_1dx_mkii", "canon_eos_200d", "canon_eos_200d_mkii", "canon_eos_5d",
-    "canon_eos_5d_mkii", "canon_eos_5d_mkiii", "canon_eos_5d_mkiv", "canon_eos_5ds", "canon_eos_m",
-    "hasselblad_l1d_20c", "nikon_d810", "nikon_d850", "sony_ilce_6400", "sony_ilce_7m3", "sony_ilce_7rm3",
+    "canon_eos_100d",
+    "canon_eos_1dx_mkii",
+    "canon_eos_200d",
+    "canon_eos_200d_mkii",
+    "canon_eos_5d",
+    "canon_eos_5d_mkii",
+    "canon_eos_5d_mkiii",
+    "canon_eos_5d_mkiv",
+    "canon_eos_5ds",
+    "canon_eos_m",
+    "hasselblad_l1d_20c",
+    "nikon_d810",
+    "nikon_d850",
+    "sony_ilce_6400",
+    "sony_ilce_7m3",
+    "sony_ilce_7rm3",
     "sony_ilce_9",
 ];
 

@@ -2,7 +2,8 @@
 
 use sahl_image::Encoding;
 use sahl_scene::{
-    Diagnostic, FloatParam, ImageTexture, Origin, Spectrum, SpectrumParam, Texture, TextureFilter, UvMapping, Wrap,
+    Diagnostic, FloatParam, ImageTexture, Origin, Spectrum, SpectrumParam, Texture, TextureFilter, UvMapping,
+    Wrap,
 };
 
 use super::super::context::Context;
@@ -98,7 +99,8 @@ fn is_of_kind(plugin: &Name, kind: Kind, p: &Reader<'_>) -> bool {
     };
     let valid = !wrong.contains(&&*plugin.text);
     if !valid {
-        p.report().error("wrong-type", plugin.span, format!("a `{}` texture is of `{right}`", plugin.text));
+        let message = format!("a `{}` texture gives `{right}` values only", plugin.text);
+        p.report().error("wrong-type", plugin.span, message);
     }
     valid
 }
@@ -194,7 +196,11 @@ fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture>
     let encoding = encoding(p);
     let Some(name) = p.string("filename") else {
         if !p.has("filename") {
-            p.report().error("missing-parameter", p.span(), format!("{} needs a `string filename`", p.what()));
+            p.report().error(
+                "missing-parameter",
+                p.span(),
+                format!("{} needs a `string filename`", p.what()),
+            );
         }
         return Some(placeholder(kind));
     };

@@ -83,11 +83,15 @@ fn a_file_without_text_is_named() {
     let at_start = Diagnostic::error("empty", span(0, 0), "an empty file");
     let beyond = Span { file, start: 4000, end: 4004 };
     let beyond = Diagnostic::error("bad-index", beyond, "byte 4000: vertex 7 of 3");
-    insta::assert_snapshot!(render(&sources, [at_start, beyond]), @r"
+    let whole = Diagnostic::warning("bad-mesh", Span::of_file(file), "2 faces are left out");
+    insta::assert_snapshot!(render(&sources, [at_start, beyond, whole]), @r"
     error[empty]: an empty file
     --> scenes/box.pbrt
 
     error[bad-index]: byte 4000: vertex 7 of 3
+    --> mesh.ply
+
+    warning[bad-mesh]: 2 faces are left out
     --> mesh.ply
     ");
 }

@@ -1,0 +1,240 @@
+//! Valid scenes: what they become.
+
+use std::io::Write;
+
+use sahl_image::{ColorSpace, Encoding};
+use sahl_load::{Loaded, MemoryAssets, load, load_pbrt};
+use sahl_math::Vec3;
+use sahl_scene::{
+    FloatParam, Geometry, Light, Material, Projection, Radiance, SceneDesc, Spectrum, SpectrumParam, Texture,
+    TextureFilter, Wrap,
+};
+
+use crate::support;
+
+fn loaded(name: &str) -> Loaded {
+    let loaded = load(name.as_ref(), &support::assets());
+    let text = loaded.diagnostics.render_text(&loaded.sources, false);
+    assert!(loaded.diagnostics.is_empty(), "{name}:\n{text}");
+    loaded
+}
+
+fn scene(text: &str) -> SceneDesc {
+    let loaded = load_pbrt("test.pbrt", text.as_bytes().to_vec(), &MemoryAssets::default());
+    let messages = loaded.diagnostics.render_text(&loaded.sources, false);
+    assert!(loaded.diagnostics.is_empty(), "{messages}");
+    loaded.scene
+}
+
+#[test]
+fn valid_scenes_give_no_message_and_are_sound() {
+    let scenes = support::scenes(support::VALID);
+    assert!(scenes.len() >= 12, "{} scenes", scenes.len());
+    for path in scenes {
+        let loaded = loaded(&path.to_string_lossy());
+        let faults = loaded.scene.validate();
+        assert!(faults.is_empty(), "{}:\n{}", path.display(), faults.render_text(&loaded.sources, false));
+    }
+}
+
+fn close(a: Vec3, b: Vec3) -> bool {
+    (a - b).length() < 1e-5
+}
+
+#[test]
+fn transforms_compose_from_the_last_to_the_first() {
+    let scene = scene("WorldBegin Translate 1 2 3 Rotate 90 0 0 1 Scale 2 1 1 Shape \"sphere\"");
+    let to_world = scene.shapes.values()[0].shape_to_world;
+    assert!(close(to_world.point(Vec3::X), Vec3::new(1.0, 4.0, 3.0)));
+}
+
+#[test]
+fn matrices_are_listed_by_columns() {
+    let scene = scene("WorldBegin Transform [ 0 1 0 0  -1 0 0 0  0 0 1 0  5 6 7 1 ] Shape \"sphere\"");
+    let to_world = scene.shapes.values()[0].shape_to_world;
+    assert!(close(to_world.point(Vec3::X), Vec3::new(5.0, 7.0, 7.0)));
+}
+
+#[test]
+fn the_camera_looks_where_look_at_says() {
+    let text = "LookAt 1 2 3  1 2 -4  0 1 0 Camera \"perspective\" \"float fov\" 60 WorldBegin
+        CoordSysTransform \"camera\" Translate 0 0 7 LightSource \"point\" Shape \"sphere\"";
+    let scene = scene(text);
+    assert!(close(scene.camera.camera_to_world.point(Vec3::new(0.0, 0.0, 7.0)), Vec3::new(1.0, 2.0, -4.0)));
+    assert_eq!(scene.camera.projection, Projection::Perspective { fov: 60_f32.to_radians() });
+    let Light::Point { position, .. } = &scene.lights.values()[0] else { panic!("{:?}", scene.lights) };
+    assert!(close(*position, Vec3::new(1.0, 2.0, -4.0)));
+}
+
+#[test]
+fn blocks_restore_the_whole_state() {
+    let scene = loaded("structure/blocks.pbrt").scene;
+    let shapes = scene.shapes.values();
+    let radius = |i: usize| match shapes[i].geometry {
+        Geometry::Sphere { radius, .. } | Geometry::Cylinder { radius, .. } => radius,
+        _ => panic!("shape {i}"),
+    };
+    assert_eq!([radius(0), radius(1), radius(2), radius(3)], [0.3, 0.4, 0.3, 0.3]);
+    let reversed: Vec<bool> = shapes.iter().map(|shape| shape.reverse_orientation).collect();
+    assert_eq!(reversed, [false, true, true, false]);
+    let position = |i: usize| shapes[i].shape_to_world.point(Vec3::ZERO);
+    assert!(close(position(0), Vec3::X));
+    assert!(close(position(1), -Vec3::X));
+    assert!(close(position(2), Vec3::Z));
+    assert!(close(position(3), Vec3::X));
+    let colour = |i: usize| &scene.materials[shapes[i].material];
+    let blue = SpectrumParam::Constant(Spectrum::srgb([0.1, 0.2, 0.3]));
+    assert_eq!(*colour(0), Material::Diffuse { reflectance: blue });
+    assert_eq!(*colour(3), Material::default());
+}
+
+#[test]
+fn objects_keep_their_shapes_and_instances_their_places() {
+    let scene = loaded("structure/objects.pbrt").scene;
+    assert!(scene.world.is_empty());
+    assert_eq!(scene.objects.values()[0].shapes.len(), 2);
+    let [first, second] = scene.instances.values() else { panic!("{:?}", scene.instances) };
+    assert!(close(first.object_to_world.point(Vec3::X), Vec3::X));
+    assert!(close(second.object_to_world.point(Vec3::X), Vec3::new(0.0, 1.0, 5.0)));
+    let inner = scene.shapes.values()[1].shape_to_world;
+    assert!(close(inner.point(Vec3::ZERO), Vec3::X));
+}
+
+#[test]
+fn inclusion_shares_the_state_and_import_does_not() {
+    let loaded = loaded("structure/included.pbrt");
+    let scene = loaded.scene;
+    let places: Vec<f32> =
+        scene.shapes.values().iter().map(|shape| shape.shape_to_world.point(Vec3::ZERO).x).collect();
+    assert_eq!(places, [0.0, 2.0, 2.0]);
+    let imported = SpectrumParam::Constant(Spectrum::srgb([0.2, 0.5, 0.2]));
+    let material = &scene.materials[scene.shapes.values()[2].material];
+    assert_eq!(*material, Material::Diffuse { reflectance: imported });
+    let names: Vec<&str> = loaded.sources.files().iter().map(|file| file.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["structure/included.pbrt", "structure/parts/sphere.pbrt", "structure/parts/definitions.pbrt"]
+    );
+}
+
+#[test]
+fn film_settings_arrive() {
+    let scene = loaded("film/settings.pbrt").scene;
+    assert_eq!(scene.film.resolution, [64, 48]);
+    assert_eq!(scene.film.crop, Some([16, 48, 5, 44]));
+    assert_eq!((scene.film.max_component, scene.film.color_space), (10.0, ColorSpace::Rec2020));
+    assert_eq!(scene.film.filename.as_deref(), Some("settings.exr"));
+    assert_eq!((scene.film.exposure, scene.sampler.seed, scene.sampler.samples), (1.0, 7, 32));
+    assert_eq!(loaded("cameras/orthographic.pbrt").scene.film.exposure, 1.0);
+    let text = "Film \"rgb\" \"float iso\" 50 Camera \"perspective\" \"float shutterclose\" 0.5 WorldBegin";
+    assert_eq!(self::scene(text).film.exposure, 0.25);
+    let text = "Film \"rgb\" \"integer pixelbounds\" [ 10 20 30 40 ] Option \"seed\" 9 WorldBegin";
+    assert_eq!(self::scene(text).film.crop, Some([10, 20, 30, 40]));
+    assert_eq!(self::scene(text).sampler.seed, 9);
+}
+
+#[test]
+fn textures_arrive() {
+    let scene = loaded("textures/basic.pbrt").scene;
+    let by_name = |name: &str| {
+        let found = scene
+            .textures
+            .iter()
+            .find(|(handle, _)| scene.textures.origin(*handle).name.as_deref() == Some(name));
+        found.unwrap()
+    };
+    let (half, _) = by_name("half");
+    let (checks, texture) = by_name("checks");
+    let Texture::Checkerboard { mapping, .. } = texture else { panic!("{texture:?}") };
+    assert_eq!(mapping.scale, [8.0, 4.0]);
+    let scaled = Texture::Scale { texture: SpectrumParam::Texture(checks), scale: FloatParam::Texture(half) };
+    assert_eq!(*by_name("darker").1, scaled);
+    let Texture::Image(picture) = by_name("picture").1 else { panic!("no image") };
+    assert_eq!((picture.wrap, picture.filter), (Wrap::Clamp, TextureFilter::Nearest));
+    assert_eq!((picture.scale, picture.invert), (0.9, true));
+    let image = &scene.images[picture.image];
+    assert_eq!((image.width, image.encoding), (4, Encoding::Linear));
+}
+
+#[test]
+fn lights_arrive() {
+    let scene = loaded("lights/all.pbrt").scene;
+    let lights = scene.lights.values();
+    assert_eq!(lights.len(), 7);
+    let Light::Spot { intensity, direction, angle, penumbra, .. } = &lights[4] else { panic!("{lights:?}") };
+    assert_eq!(*intensity, Spectrum::Blackbody(4000.0));
+    assert!(close(*direction, -Vec3::Z));
+    assert!((angle.to_degrees() - 25.0).abs() < 1e-4 && (penumbra.to_degrees() - 8.0).abs() < 1e-4);
+    let Light::Distant { illuminance, radiance, direction, .. } = &lights[5] else { panic!("{lights:?}") };
+    assert_eq!((*illuminance, radiance), (Some(10.0), &Spectrum::Named("stdillum-D65".to_owned())));
+    assert!(close(*direction, Vec3::Z));
+    assert!(matches!(&lights[6], Light::Infinite { radiance: Radiance::EqualArea(_), .. }));
+    let emission = scene.shapes.values()[0].area_light.as_ref().unwrap();
+    assert!(emission.two_sided);
+    assert_eq!(emission.radiance, Spectrum::srgb([5.0; 3]));
+    assert_eq!(scene.shapes.values()[1].area_light, None);
+}
+
+#[test]
+fn colours_know_the_space_in_which_they_were_written() {
+    let text = "WorldBegin ColorSpace \"rec2020\" Material \"diffuse\" \"rgb reflectance\" [ 1 0 0 ]
+        AttributeBegin ColorSpace \"srgb\" AttributeEnd LightSource \"infinite\"";
+    let scene = scene(text);
+    let red = Spectrum::Rgb { rgb: [1.0, 0.0, 0.0], space: ColorSpace::Rec2020 };
+    assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: SpectrumParam::Constant(red) }]);
+    let white = Spectrum::Rgb { rgb: [1.0; 3], space: ColorSpace::Rec2020 };
+    let Light::Infinite { radiance, .. } = &scene.lights.values()[0] else { panic!("{:?}", scene.lights) };
+    assert_eq!(*radiance, Radiance::Constant(white));
+}
+
+#[test]
+fn spectra_of_files_are_read() {
+    let mut assets = MemoryAssets::default();
+    assets.insert("scenes/eta.spd", *b"# wavelength, value\n400 1.5 # blue\n700 1.25\n");
+    let text = b"WorldBegin Material \"dielectric\" \"spectrum eta\" \"eta.spd\"".to_vec();
+    let loaded = load_pbrt("scenes/a.pbrt", text, &assets);
+    assert!(loaded.diagnostics.is_empty());
+    let Material::Dielectric { eta, .. } = &loaded.scene.materials.values()[0] else { panic!() };
+    assert_eq!(*eta, Spectrum::Sampled(vec![(400.0, 1.5), (700.0, 1.25)]));
+}
+
+#[test]
+fn files_are_looked_for_beside_the_scene_and_then_by_their_own_path() {
+    let mut assets = MemoryAssets::default();
+    assets.insert("scenes/a.pbrt", *b"Shape \"sphere\" \"float radius\" 2");
+    assets.insert("a.pbrt", *b"Shape \"sphere\" \"float radius\" 3");
+    assets.insert("b.pbrt", *b"Shape \"sphere\" \"float radius\" 4");
+    let text = b"WorldBegin Include \"a.pbrt\" Include \"b.pbrt\"".to_vec();
+    let loaded = load_pbrt("scenes/main.pbrt", text, &assets);
+    assert!(loaded.diagnostics.is_empty());
+    let radii: Vec<f32> = loaded
+        .scene
+        .shapes
+        .values()
+        .iter()
+        .map(|shape| match shape.geometry {
+            Geometry::Sphere { radius, .. } => radius,
+            _ => f32::NAN,
+        })
+        .collect();
+    assert_eq!(radii, [2.0, 4.0]);
+}
+
+#[test]
+fn compressed_scenes_are_read() {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(b"WorldBegin Shape \"sphere\"").unwrap();
+    let loaded = load_pbrt("-", encoder.finish().unwrap(), &MemoryAssets::default());
+    assert!(loaded.diagnostics.is_empty());
+    assert_eq!(loaded.scene.world.len(), 1);
+    assert_eq!(&*loaded.sources.files()[0].text, b"WorldBegin Shape \"sphere\"");
+}
+
+#[test]
+fn mesh_files_are_read_once() {
+    let scene = loaded("shapes/ply.pbrt").scene;
+    assert_eq!((scene.triangle_meshes.len(), scene.patch_meshes.len(), scene.world.len()), (1, 1, 4));
+    let shapes = scene.shapes.values();
+    assert_eq!(shapes[0].geometry, shapes[2].geometry);
+    assert!(!shapes[0].reverse_orientation && shapes[2].reverse_orientation);
+}

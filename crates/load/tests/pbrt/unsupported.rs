@@ -1,0 +1,177 @@
+//! What Sahl lacks is told, with what is used instead: never silence, and never an error.
+
+use sahl_load::{MemoryAssets, load_pbrt};
+use sahl_scene::{
+    ConductorReflectance, Diagnostics, Film, Filter, Integrator, Light, Material, Projection, SceneDesc,
+    Spectrum, SpectrumParam, Texture,
+};
+
+fn read(text: &str) -> (SceneDesc, Diagnostics) {
+    let loaded = load_pbrt("test.pbrt", text.as_bytes().to_vec(), &MemoryAssets::default());
+    (loaded.scene, loaded.diagnostics)
+}
+
+/// Reads a scene whose only message must be one warning that contains `expected`.
+fn warned(text: &str, expected: &str) -> SceneDesc {
+    let (scene, diagnostics) = read(text);
+    assert!(!diagnostics.has_errors(), "{text}: {diagnostics:?}");
+    let messages: Vec<&str> = diagnostics.iter().map(|entry| entry.message.as_str()).collect();
+    assert_eq!(messages.len(), 1, "{text}: {messages:?}");
+    assert!(messages[0].contains(expected), "{text}: {messages:?}");
+    assert!(diagnostics.iter().all(|entry| entry.span.is_some()));
+    scene
+}
+
+/// Reads a scene that must give no message.
+fn silent(text: &str) -> SceneDesc {
+    let (scene, diagnostics) = read(text);
+    assert!(diagnostics.is_empty(), "{text}: {diagnostics:?}");
+    scene
+}
+
+#[test]
+fn integrators() {
+    for name in ["volpath", "simplepath", "simplevolpath", "randomwalk", "lightpath", "bdpt", "mlt", "sppm"] {
+        let scene =
+            warned(&format!("Integrator \"{name}\" \"integer maxdepth\" 9\nWorldBegin"), "`path` is used");
+        assert!(matches!(scene.integrator, Integrator::Path { max_depth: 9, .. }), "{name}");
+    }
+    let scene = silent("Integrator \"ambientocclusion\" \"float maxdistance\" 2 WorldBegin");
+    assert_eq!(scene.integrator, Integrator::Ao { max_distance: 2.0 });
+    let scene = silent("Integrator \"whitted\" \"integer maxdepth\" 3 WorldBegin");
+    assert_eq!(scene.integrator, Integrator::Whitted { max_depth: 3 });
+    assert_eq!(silent("Integrator \"normals\" WorldBegin").integrator, Integrator::Normals);
+}
+
+#[test]
+fn samplers_filters_films_and_cameras() {
+    for name in ["sobol", "paddedsobol", "zsobol", "halton", "pmj02bn", "independent"] {
+        let scene =
+            silent(&format!("Sampler \"{name}\" \"integer pixelsamples\" 8 \"integer seed\" 3 WorldBegin"));
+        assert_eq!((scene.sampler.samples, scene.sampler.seed), (8, 3), "{name}");
+    }
+    let scene = silent("Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5 WorldBegin");
+    assert_eq!(scene.sampler.samples, 15);
+    warned("Sampler \"zsobol\" \"string randomization\" \"none\" WorldBegin", "Owen-scrambled");
+    warned("Sampler \"stratified\" \"bool jitter\" false WorldBegin", "Owen-scrambled");
+    let scene = warned("PixelFilter \"sinc\" WorldBegin", "`mitchell`");
+    assert!(matches!(scene.filter, Filter::Mitchell { .. }));
+    warned("Film \"gbuffer\" WorldBegin", "`rgb` film");
+    warned("Film \"spectral\" \"integer nbuckets\" 8 WorldBegin", "`rgb` film");
+    warned("Film \"rgb\" \"string sensor\" \"nikon_d810\" WorldBegin", "`cie1931`");
+    warned("Film \"rgb\" \"float whitebalance\" 5000 WorldBegin", "not balanced");
+    warned("Camera \"spherical\" WorldBegin", "perspective camera");
+    let scene = warned("Camera \"realistic\" \"string lensfile\" \"a.dat\" WorldBegin", "pinhole");
+    assert!(matches!(scene.camera.projection, Projection::Perspective { .. }));
+    warned("Accelerator \"kdtree\" WorldBegin", "`bvh`");
+    silent("Accelerator \"bvh\" \"string splitmethod\" \"sah\" WorldBegin");
+    assert_eq!(silent("WorldBegin").film, Film::default());
+}
+
+#[test]
+fn materials() {
+    let red = "\"rgb reflectance\" [ 0.5 0.1 0.1 ]";
+    for name in ["coateddiffuse", "diffusetransmission", "hair", "subsurface"] {
+        let scene = warned(&format!("WorldBegin Material \"{name}\" {red}"), "`diffuse` is used");
+        let expected = SpectrumParam::Constant(Spectrum::srgb([0.5, 0.1, 0.1]));
+        assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: expected }], "{name}");
+    }
+    let scene =
+        warned("WorldBegin Material \"coatedconductor\" \"float interface.eta\" 1.4", "`conductor` is used");
+    let Material::Conductor { reflectance: ConductorReflectance::Index { eta, .. }, .. } =
+        &scene.materials.values()[0]
+    else {
+        panic!("{:?}", scene.materials)
+    };
+    assert_eq!(*eta, SpectrumParam::Constant(Spectrum::Named("metal-Cu-eta".to_owned())));
+    warned("WorldBegin Material \"thindielectric\" \"float eta\" 1.3", "`dielectric` is used");
+    warned("WorldBegin Material \"measured\" \"string filename\" \"a.bsdf\"", "`diffuse`");
+    let scene = warned("WorldBegin Material \"interface\" Shape \"sphere\"", "left out");
+    assert!(scene.shapes.is_empty());
+}
+
+#[test]
+fn a_mix_becomes_the_material_with_the_larger_share() {
+    let text = r#"WorldBegin
+        MakeNamedMaterial "both" "string type" "mix" "string materials" [ "a" "b" ] "float amount" 0.7
+        MakeNamedMaterial "a" "string type" "diffuse"
+        MakeNamedMaterial "b" "string type" "dielectric"
+        NamedMaterial "both" Shape "sphere""#;
+    let scene = warned(text, "`b` is used");
+    assert!(matches!(scene.materials[scene.shapes.values()[0].material], Material::Dielectric { .. }));
+}
+
+#[test]
+fn parameters_of_surfaces() {
+    warned("WorldBegin Shape \"sphere\" \"float alpha\" 0.5", "opaque");
+    warned("WorldBegin Material \"diffuse\" \"string normalmap\" \"n.png\"", "keeps its normals");
+    warned("WorldBegin Material \"dielectric\" \"float displacement\" 1", "stays smooth");
+    warned("WorldBegin Shape \"curve\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0 ]", "left out");
+    let scene = warned(
+        "WorldBegin Shape \"loopsubdiv\" \"integer levels\" 2 \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]",
+        "control mesh",
+    );
+    assert_eq!(scene.triangle_meshes.len(), 1);
+}
+
+#[test]
+fn textures() {
+    for (plugin, kind) in
+        [("fbm", "float"), ("wrinkled", "float"), ("windy", "float"), ("marble", "spectrum")]
+    {
+        let scene = warned(&format!("WorldBegin Texture \"t\" \"{kind}\" \"{plugin}\""), "the constant");
+        assert!(matches!(scene.textures.values(), [Texture::Constant(_)]), "{plugin}");
+    }
+    warned("WorldBegin Texture \"t\" \"float\" \"bilerp\" \"float v00\" 1", "the mean");
+    warned("WorldBegin Texture \"t\" \"float\" \"dots\"", "outside");
+    warned("WorldBegin Texture \"t\" \"float\" \"directionmix\"", "even mix");
+    warned("WorldBegin Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 3", "even mix");
+    warned(
+        "WorldBegin Texture \"t\" \"float\" \"checkerboard\" \"string mapping\" \"planar\"",
+        "own coordinates",
+    );
+}
+
+#[test]
+fn lights_media_and_motion() {
+    let scene = warned("WorldBegin LightSource \"goniometric\" \"string filename\" \"g.png\"", "`point`");
+    assert!(matches!(scene.lights.values(), [Light::Point { .. }]));
+    let scene = warned(
+        "WorldBegin LightSource \"projection\" \"string filename\" \"p.png\" \"float fov\" 60",
+        "`spot`",
+    );
+    assert!(matches!(scene.lights.values(), [Light::Spot { .. }]));
+    warned("WorldBegin MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"float g\" 0.5", "unchanged");
+    warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"", "motion");
+    silent("WorldBegin ActiveTransform All Translate 1 0 0 Shape \"sphere\"");
+    warned("Option \"forcediffuse\" true WorldBegin", "stay as they are");
+    silent("Option \"forcediffuse\" false Option \"seed\" 3 WorldBegin");
+}
+
+#[test]
+fn area_lights_in_objects_are_dropped() {
+    let text = "WorldBegin ObjectBegin \"o\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd ObjectInstance \"o\"";
+    let scene = warned(text, "emits nothing");
+    assert_eq!(scene.shapes.values()[0].area_light, None);
+}
+
+#[test]
+fn colours_out_of_range_are_clamped() {
+    let scene = warned("WorldBegin Material \"diffuse\" \"rgb reflectance\" [ 1.5 0.5 -1 ]", "from 0 to 1");
+    let expected = SpectrumParam::Constant(Spectrum::srgb([1.0, 0.5, 0.0]));
+    assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: expected }]);
+    silent("WorldBegin LightSource \"point\" \"rgb I\" [ 15 0.5 0 ]");
+    warned("WorldBegin LightSource \"point\" \"rgb I\" [ 15 0.5 -1 ]", "not negative");
+}
+
+#[test]
+fn unknown_parameters_get_the_nearest_name() {
+    let (_, diagnostics) = read("WorldBegin Shape \"sphere\" \"float raduis\" 2");
+    let warning = diagnostics.iter().next().unwrap();
+    assert_eq!(warning.code, "unknown-parameter");
+    assert_eq!(warning.help.as_deref(), Some("did you mean `radius`?"));
+    // What `Attribute` sets is meant for some of the shapes that follow.
+    silent(
+        "WorldBegin Attribute \"shape\" \"float radius\" 2 Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]",
+    );
+}

@@ -1,0 +1,213 @@
+//! Glass, water and other transparent matter.
+
+use sahl_math::{Vec2, Vec3};
+
+use super::microfacet::TrowbridgeReitz;
+use super::{BsdfSample, Scatter, ScatterKind, flip_z, fresnel};
+use crate::spectrum::Spectrum;
+
+/// Reflects and refracts by Fresnel's equations, at a smooth or a rough surface.
+///
+/// The inside is below the surface, z < 0. With η the index on the side of wi over that on the side of wo, and m the
+/// halfway vector of reflection, or of refraction (along wo + η wi):
+///
+/// - f_r = F D G₂ / (4 |cos θo cos θi|)
+/// - f_t = (1 − F) D G₂ |wo·m wi·m| / (|cos θo cos θi| (wi·m + wo·m / η)² η²)
+///
+/// Source: Walter et al., *Microfacet Models for Refraction through Rough Surfaces*, EGSR 2007, equations 20 and 21;
+/// G₂ = 1 / (1 + Λ(wo) + Λ(wi)) for both, as in pbrt-v4.
+///
+/// In a scene file: `Material "dielectric" "float eta" 1.5 "float roughness" .01`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    eta: f32,
+    /// `None`: a smooth surface.
+    facets: Option<TrowbridgeReitz>,
+}
+
+impl Dielectric {
+    /// An interface with the index of refraction `eta` below over above, and microfacets of slopes `alpha` along the
+    /// tangents (see [`TrowbridgeReitz::new`]).
+    ///
+    /// With `eta` = 1 light goes straight through, whatever the microfacets. So it does where `eta` is no index at all:
+    /// not positive or not finite.
+    #[inline]
+    pub fn new(eta: f32, alpha: [f32; 2]) -> Self {
+        let eta = if eta > 0.0 && eta.is_finite() { eta } else { 1.0 };
+        let facets = if eta == 1.0 { None } else { TrowbridgeReitz::new(alpha[0], alpha[1]) };
+        Self { eta, facets }
+    }
+
+    /// Whether `wo` is below, `wo` mirrored to above, and the index on the far side over that on the near side.
+    #[inline]
+    fn upright(&self, wo: Vec3) -> (bool, Vec3, f32) {
+        let flip = wo.z < 0.0;
+        (flip, flip_z(wo, flip), if flip { 1.0 / self.eta } else { self.eta })
+    }
+
+    #[inline]
+    fn configuration(&self, wo: Vec3, wi: Vec3) -> Option<Configuration> {
+        let facets = self.facets?;
+        if wo.z * wi.z == 0.0 {
+            return None;
+        }
+        let (flip, wo, eta) = self.upright(wo);
+        let wi = flip_z(wi, flip);
+        let reflection = wi.z > 0.0;
+        let m = (if reflection { wo + wi } else { wo + wi * eta }).try_normalize()?;
+        Configuration::new(facets, eta, wo, wi, upward(m))
+    }
+
+    /// The delta lobes.
+    #[inline]
+    fn sample_smooth(&self, wo: Vec3, u_lobe: f32) -> Option<BsdfSample> {
+        let (flip, wo, eta) = self.upright(wo);
+        let fresnel = fresnel::dielectric(wo.z, eta);
+        let (wi, weight, pdf, kind, eta) = if u_lobe < fresnel.reflectance {
+            let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
+            (mirrored, 1.0, fresnel.reflectance, ScatterKind::SPECULAR_REFLECTION, 1.0)
+        } else {
+            let refracted = Vec3::new(-wo.x / eta, -wo.y / eta, -fresnel.cos_transmitted);
+            let pdf = 1.0 - fresnel.reflectance;
+            (refracted, 1.0 / (eta * eta), pdf, ScatterKind::SPECULAR_TRANSMISSION, eta)
+        };
+        Some(BsdfSample { wi: flip_z(wi, flip), weight: Spectrum::splat(weight), pdf, kind, eta })
+    }
+
+    /// The lobes of a rough surface.
+    #[inline]
+    fn sample_rough(&self, facets: TrowbridgeReitz, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let (flip, wo, eta) = self.upright(wo);
+        let m = facets.sample_visible(wo, u);
+        let cos = wo.dot(m);
+        let fresnel = fresnel::dielectric(cos, eta);
+        let (wi, kind, passed, share) = if u_lobe < fresnel.reflectance {
+            (m * (2.0 * cos) - wo, ScatterKind::GLOSSY_REFLECTION, 1.0, fresnel.reflectance)
+        } else {
+            let inverse_eta = 1.0 / eta;
+            let along = cos * inverse_eta - fresnel.cos_transmitted;
+            let share = fresnel::transmittance(cos, fresnel.cos_transmitted, eta);
+            (m * along - wo * inverse_eta, ScatterKind::GLOSSY_TRANSMISSION, eta, share)
+        };
+        if (wi.z < 0.0) != kind.is_transmission() {
+            return None;
+        }
+        let configuration = Configuration::new(facets, eta, wo, wi, m)?;
+        let pdf = configuration.pdf(share);
+        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
+            wi: flip_z(wi, flip),
+            weight: Spectrum::splat(configuration.weight()),
+            pdf,
+            kind,
+            eta: passed,
+        })
+    }
+}
+
+/// `m`, turned round if needed to point up.
+#[inline]
+fn upward(m: Vec3) -> Vec3 {
+    if m.z < 0.0 { -m } else { m }
+}
+
+/// A pair of directions at a rough surface, mirrored such that `wo` is above, with the microfacet that connects them.
+struct Configuration {
+    facets: TrowbridgeReitz,
+    /// Index below over above.
+    eta: f32,
+    wo: Vec3,
+    wi: Vec3,
+    m: Vec3,
+    wo_dot_m: f32,
+    wi_dot_m: f32,
+}
+
+impl Configuration {
+    /// `None` where the microfacet shows its back to a direction.
+    #[inline]
+    fn new(facets: TrowbridgeReitz, eta: f32, wo: Vec3, wi: Vec3, m: Vec3) -> Option<Self> {
+        let (wo_dot_m, wi_dot_m) = (wo.dot(m), wi.dot(m));
+        (wo_dot_m > 0.0 && wi_dot_m * wi.z > 0.0).then_some(Self {
+            facets,
+            eta,
+            wo,
+            wi,
+            m,
+            wo_dot_m,
+            wi_dot_m,
+        })
+    }
+
+    /// Share of the light that the microfacet sends this way.
+    #[inline]
+    fn share(&self) -> f32 {
+        if self.wi.z > 0.0 {
+            fresnel::dielectric(self.wo_dot_m, self.eta).reflectance
+        } else {
+            fresnel::transmittance(self.wo_dot_m, -self.wi_dot_m, self.eta)
+        }
+    }
+
+    /// Solid angle of normals m over that of directions wi (Walter et al. 2007, equations 14 and 17).
+    #[inline]
+    fn jacobian(&self) -> f32 {
+        if self.wi.z > 0.0 {
+            0.25 / self.wo_dot_m
+        } else {
+            let s = self.wi_dot_m + self.wo_dot_m / self.eta;
+            -self.wi_dot_m / (s * s)
+        }
+    }
+
+    /// Density of wi per steradian, `share` being [`Configuration::share`].
+    #[inline]
+    fn pdf(&self, share: f32) -> f32 {
+        self.facets.visible_density_over_cos(self.wo, self.m) * self.wo_dot_m * self.jacobian() * share
+    }
+
+    /// f |cos θi| / pdf: D, the Jacobian and the share cancel.
+    #[inline]
+    fn weight(&self) -> f32 {
+        let masking = self.facets.visibility(self.wo, self.wi) * self.wi.z.abs();
+        let weight = 2.0 * masking * (self.wo.z + self.facets.stretched_length(self.wo));
+        if self.wi.z > 0.0 { weight } else { weight / (self.eta * self.eta) }
+    }
+}
+
+impl Scatter for Dielectric {
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        match self.configuration(wo, wi) {
+            Some(configuration) => {
+                Spectrum::splat(configuration.weight() * configuration.pdf(configuration.share()))
+            }
+            None => Spectrum::ZERO,
+        }
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.configuration(wo, wi).map_or(0.0, |configuration| configuration.pdf(configuration.share()))
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        match self.facets {
+            None => self.sample_smooth(wo, u_lobe),
+            Some(facets) => self.sample_rough(facets, wo, u_lobe, u),
+        }
+    }
+
+    #[inline]
+    fn is_specular(&self) -> bool {
+        self.facets.is_none()
+    }
+
+    #[inline]
+    fn albedo(&self, _wo: Vec3) -> Spectrum {
+        Spectrum::ONE
+    }
+}

@@ -1,0 +1,124 @@
+//! From a description to a scene that can be rendered.
+//!
+//! Design decision: positions of meshes are moved into the world (or into the space of their object) once, so that a hit
+//! transforms nothing; a mesh that stands there already is shared with the description. What the description says and
+//! rendering does not honour becomes a diagnostic.
+//!
+//! Deliberately absent: files. Images come decoded.
+
+mod geometry;
+mod lights;
+
+use std::sync::Arc;
+
+use sahl_accel::Accel;
+use sahl_scene::{Diagnostic, Diagnostics, Projection, SceneDesc};
+
+use crate::camera::Camera;
+use crate::filter::PixelFilter;
+use crate::integrator;
+use crate::material::Material;
+use crate::sampler::Sampler;
+use crate::scene::{Scene, SceneData, SceneStats};
+use crate::texture::Textures;
+
+use geometry::GeometryBuilder;
+use lights::LightBuilder;
+
+/// Settings of [`build`] that do not change the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// How the acceleration structure is built.
+    pub accel: sahl_accel::BuildOptions,
+}
+
+/// Builds the scene that `description` describes.
+///
+/// The result is `None` if and only if there are errors among the diagnostics. Warnings tell what will be rendered
+/// differently from what the description says.
+pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>, Diagnostics) {
+    let mut diagnostics = description.validate();
+    check_camera(description, &mut diagnostics);
+    if diagnostics.has_errors() {
+        return (None, diagnostics);
+    }
+    let textures = Textures::new(description, &mut diagnostics);
+    let materials = materials(description, &textures, &mut diagnostics);
+    let mut lights = LightBuilder::new(description, &mut diagnostics);
+    let geometry = GeometryBuilder::new(description).build(&mut lights);
+    lights.add_lights();
+    let lights = lights.lights;
+    if diagnostics.has_errors() {
+        return (None, diagnostics);
+    }
+
+    let counts = geometry.counts;
+    let accel = Accel::build(geometry.world, &options.accel);
+    let radius = accel.bounds().bounding_sphere().map_or(0.0, |(_, radius)| radius);
+    let stats = SceneStats {
+        materials: materials.len() as u64,
+        textures: description.textures.len() as u64,
+        images: description.images.len() as u64,
+        lights: lights.len() as u64,
+        data_bytes: counts.data_bytes + image_bytes(description),
+        accel: accel.stats(),
+        ..counts
+    };
+    let environments = (0..lights.len() as u32).filter(|&i| lights[i as usize].is_environment()).collect();
+    let data = SceneData {
+        integrator: integrator::new(&description.integrator, &lights, radius),
+        accel,
+        attributes: geometry.attributes,
+        materials,
+        textures,
+        lights,
+        environments,
+        camera: Camera::new(&description.camera, description.film.resolution),
+        film: description.film.clone(),
+        filter: PixelFilter::new(&description.filter),
+        sampler: Sampler::new(&description.sampler, description.film.resolution),
+        samples: description.sampler.samples.max(1),
+        stats,
+    };
+    (Some(Scene { data: Arc::new(data) }), diagnostics)
+}
+
+fn materials(description: &SceneDesc, textures: &Textures, diagnostics: &mut Diagnostics) -> Vec<Material> {
+    description
+        .materials
+        .iter()
+        .map(|(handle, material)| {
+            Material::new(material, textures, description.materials.origin(handle).span, diagnostics)
+        })
+        .collect()
+}
+
+/// What a camera needs to make rays, beyond finite numbers.
+fn check_camera(description: &SceneDesc, diagnostics: &mut Diagnostics) {
+    let camera = &description.camera;
+    let mut error = |message: String| diagnostics.push(Diagnostic::error("invalid-camera", None, message));
+    if let Projection::Perspective { fov } = camera.projection
+        && !(fov > 0.0 && fov < std::f32::consts::PI)
+    {
+        let degrees = fov.to_degrees();
+        error(format!("the field of view must lie between 0 and 180 degrees, found `{degrees}`"));
+    }
+    if camera.lens_radius > 0.0 && !(camera.focal_distance > 0.0) {
+        let distance = camera.focal_distance;
+        error(format!("a lens needs a positive focal distance, found `{distance}`"));
+    }
+    if let Some([x_min, x_max, y_min, y_max]) = camera.screen_window
+        && !(x_min < x_max && y_min < y_max)
+    {
+        let window = format!("{x_min} {x_max} {y_min} {y_max}");
+        error(format!("the screen window must have its minima before its maxima, found `{window}`"));
+    }
+}
+
+fn image_bytes(description: &SceneDesc) -> u64 {
+    let bytes = |image: &Arc<sahl_image::Image>| match &image.pixels {
+        sahl_image::Pixels::U8(values) => values.len(),
+        sahl_image::Pixels::F32(values) => size_of_val(values.as_slice()),
+    };
+    description.images.values().iter().map(|image| bytes(image) as u64).sum()
+}

@@ -1,0 +1,50 @@
+//! Light that comes to a surface straight from a light.
+
+use sahl_math::Vec3;
+
+use super::Tracer;
+use crate::bsdf::Bsdf;
+use crate::interaction::Interaction;
+use crate::light::{Light, LightSample};
+use crate::spectrum::Spectrum;
+
+/// A surface point with what scatters light there, seen from `wo`.
+pub(super) struct Scattering<'a> {
+    pub(super) at: &'a Interaction,
+    pub(super) bsdf: &'a Bsdf,
+    /// Unit direction in the world from which the point is looked at.
+    pub(super) wo: Vec3,
+}
+
+impl Scattering<'_> {
+    /// f |cos θ| for light from `wi`, and the density with which the BSDF samples `wi`.
+    #[inline]
+    fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
+        let to_local = |w| self.at.shading.to_local(w);
+        let (wo, local) = (to_local(self.wo), to_local(wi));
+        (self.bsdf.eval(wo, local), self.bsdf.pdf(wo, local))
+    }
+
+    /// Light from `light` that is scattered along `wo`, one sample.
+    ///
+    /// `weigh` says how much a sample counts beside other ways to find the light, given its densities by light and by
+    /// BSDF.
+    #[inline]
+    pub(super) fn light_from(
+        &self,
+        light: &Light,
+        tracer: &mut Tracer<'_>,
+        weigh: impl FnOnce(&LightSample, f32) -> f32,
+    ) -> Spectrum {
+        let u = tracer.sampler.next_2d();
+        let Some(sample) = light.sample(self.at.p, u, &tracer.wavelengths) else { return Spectrum::ZERO };
+        if !self.at.sides_agree(self.wo, sample.wi) {
+            return Spectrum::ZERO;
+        }
+        let (f, bsdf_pdf) = self.eval(sample.wi);
+        if f.is_zero() || tracer.is_in_shadow(self.at, &sample) {
+            return Spectrum::ZERO;
+        }
+        f * sample.radiance * (weigh(&sample, bsdf_pdf) / sample.pdf)
+    }
+}

@@ -1,0 +1,93 @@
+//! Light transport algorithms.
+//!
+//! Design decision: an integrator is its settings and one method, the radiance along a camera ray; what a thread needs
+//! to compute it (scene, sampler, count of rays) is a [`Tracer`]. The scene holds the integrator as a [`TileRenderer`],
+//! so that there is one dynamic call a tile, and everything below it is compiled for the integrator at hand.
+//!
+//! Deliberately absent: loops over pixels (the tile), and anything that outlives a sample.
+
+mod ambient_occlusion;
+mod direct;
+mod normals;
+mod path;
+mod tracer;
+mod whitted;
+
+use std::fmt::Debug;
+use std::ops::Range;
+
+use sahl_math::{Ray, Vec2};
+
+use crate::Aov;
+use crate::aov::Features;
+use crate::film::{SampleId, Tile};
+use crate::light::{Light, LightSelection};
+use crate::scene::SceneData;
+use crate::spectrum::Spectrum;
+
+use ambient_occlusion::AmbientOcclusion;
+use normals::Normals;
+use path::Path;
+use whitted::Whitted;
+
+pub(crate) use tracer::Tracer;
+
+/// A light transport algorithm.
+pub(crate) trait Integrator: Debug + Send + Sync {
+    /// Radiance that arrives along `ray`, estimated with one sample.
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum;
+}
+
+/// What a tile is to be given: samples of these numbers to each pixel.
+#[derive(Clone, Debug)]
+pub(crate) struct Pass {
+    pub(crate) number: u32,
+    pub(crate) samples: Range<u32>,
+}
+
+/// An integrator behind the one dynamic call of a tile.
+pub(crate) trait TileRenderer: Debug + Send + Sync {
+    /// Adds the samples of `pass` to every pixel of `tile`; returns how many rays it took.
+    fn render_tile(&self, scene: &SceneData, aovs: &[Aov], tile: &mut Tile, pass: &Pass) -> u64;
+}
+
+impl<I: Integrator> TileRenderer for I {
+    fn render_tile(&self, scene: &SceneData, aovs: &[Aov], tile: &mut Tile, pass: &Pass) -> u64 {
+        let mut tracer = Tracer::new(scene);
+        for (place, pixel) in tile.pixels() {
+            for index in pass.samples.clone() {
+                // The order of dimensions is fixed: filter, lens, integrator.
+                tracer.sampler.start(pixel, index, 0);
+                let filtered = scene.filter.sample(tracer.sampler.pixel_2d());
+                let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
+                let ray = scene.camera.ray(film, tracer.sampler.next_2d());
+                let radiance = self.radiance(&mut tracer, ray);
+                tile.add(place, radiance, filtered.weight, SampleId { pass: pass.number, pixel, index });
+                if !aovs.is_empty() {
+                    tile.add_features(place, Features::of(&mut tracer, &ray, aovs).values());
+                }
+            }
+        }
+        tracer.rays
+    }
+}
+
+/// The integrator that `description` asks for, in a scene with the given lights and radius.
+pub(crate) fn new(
+    description: &sahl_scene::Integrator,
+    lights: &[Light],
+    scene_radius: f32,
+) -> Box<dyn TileRenderer> {
+    match *description {
+        sahl_scene::Integrator::Path { max_depth, light_sampler } => {
+            let selection = match light_sampler {
+                sahl_scene::LightSampler::Power => LightSelection::by_power(lights, scene_radius),
+                sahl_scene::LightSampler::Uniform => LightSelection::uniform(lights, scene_radius),
+            };
+            Box::new(Path::new(max_depth, selection))
+        }
+        sahl_scene::Integrator::Whitted { max_depth } => Box::new(Whitted::new(max_depth)),
+        sahl_scene::Integrator::Ao { max_distance } => Box::new(AmbientOcclusion::new(max_distance)),
+        sahl_scene::Integrator::Normals => Box::new(Normals),
+    }
+}

@@ -1,0 +1,72 @@
+//! What one thread needs to compute samples.
+
+use sahl_math::{Ray, Vec3};
+
+use crate::bsdf::Bsdf;
+use crate::interaction::Interaction;
+use crate::light::LightSample;
+use crate::sampler::Sampler;
+use crate::scene::SceneData;
+use crate::spectrum::{Spectrum, Wavelengths};
+
+/// The state of one thread: the scene, its sampler at the current sample, and a count of rays.
+pub(crate) struct Tracer<'a> {
+    pub(crate) scene: &'a SceneData,
+    pub(crate) sampler: Sampler,
+    pub(crate) wavelengths: Wavelengths,
+    /// Rays traced so far, shadow rays included.
+    pub(crate) rays: u64,
+}
+
+impl<'a> Tracer<'a> {
+    pub(crate) fn new(scene: &'a SceneData) -> Self {
+        Self { scene, sampler: scene.sampler.clone(), wavelengths: Wavelengths::Rgb, rays: 0 }
+    }
+
+    /// The first surface along `ray`.
+    #[inline]
+    pub(crate) fn nearest(&mut self, ray: &Ray) -> Option<Interaction> {
+        self.rays += 1;
+        let hit = self.scene.accel.intersect(ray)?;
+        Some(self.scene.interaction(ray, &hit))
+    }
+
+    /// Whether anything lies along `ray`.
+    #[inline]
+    pub(crate) fn is_occluded(&mut self, ray: &Ray) -> bool {
+        self.rays += 1;
+        self.scene.accel.occluded(ray)
+    }
+
+    /// Whether anything lies between a surface and the light that `sample` found from it.
+    #[inline]
+    pub(crate) fn is_in_shadow(&mut self, at: &Interaction, sample: &LightSample) -> bool {
+        let ray = match sample.end {
+            Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end),
+            None => at.spawn(sample.wi),
+        };
+        self.is_occluded(&ray)
+    }
+
+    /// How a surface scatters light.
+    #[inline]
+    pub(crate) fn bsdf(&self, at: &Interaction) -> Bsdf {
+        self.scene.bsdf(at, &self.wavelengths)
+    }
+
+    /// Radiance that a surface emits along `wo`.
+    #[inline]
+    pub(crate) fn emitted(&self, at: &Interaction, wo: Vec3) -> Spectrum {
+        self.scene.light(at).map_or(Spectrum::ZERO, |light| light.emitted(at, wo, &self.wavelengths))
+    }
+
+    /// Radiance that arrives along a ray that left the scene.
+    #[inline]
+    pub(crate) fn escaped(&self, direction: Vec3) -> Spectrum {
+        let mut radiance = Spectrum::ZERO;
+        for &light in &self.scene.environments {
+            radiance += self.scene.lights[light as usize].escaped(direction, &self.wavelengths);
+        }
+        radiance
+    }
+}

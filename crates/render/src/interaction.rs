@@ -1,0 +1,47 @@
+//! A point of a surface, as integrators see it.
+
+use sahl_math::{Frame, Ray, Vec2, Vec3};
+
+/// Where a ray met a surface, and what the surface is like there; in world space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interaction {
+    /// The point.
+    pub(crate) p: Vec3,
+    /// Absolute error bound of each coordinate.
+    pub(crate) p_error: Vec3,
+    /// Unit geometric normal on the surface's front.
+    pub(crate) ng: Vec3,
+    /// The shading normal with tangents. The first tangent follows ∂p/∂u where the material asks for tangents.
+    pub(crate) shading: Frame,
+    /// Texture coordinates.
+    pub(crate) uv: Vec2,
+    /// Parameters of the hit on its primitive, as the accelerator gives them.
+    pub(crate) parameters: Vec2,
+    /// Index of the material.
+    pub(crate) material: u32,
+    /// Index of the light that the surface is, or [`Interaction::NO_LIGHT`].
+    pub(crate) light: u32,
+}
+
+impl Interaction {
+    /// What [`Interaction::light`] says of a surface that does not emit.
+    pub(crate) const NO_LIGHT: u32 = u32::MAX;
+
+    /// The ray that leaves along `direction`.
+    #[inline]
+    pub(crate) fn spawn(&self, direction: Vec3) -> Ray {
+        Ray::spawn(self.p, self.p_error, self.ng, direction)
+    }
+
+    /// Whether the surface lies between the directions `wo` and `wi` by its geometry just as it does by its shading.
+    ///
+    /// A shading normal can put a direction on the side of the surface where it is not. Light that is reflected into
+    /// the surface or refracted out of it is left out: it would leak through walls. Source: Veach, *Robust Monte Carlo
+    /// Methods for Light Transport Simulation*, 1997, section 5.3.
+    #[inline]
+    pub(crate) fn sides_agree(&self, wo: Vec3, wi: Vec3) -> bool {
+        let by_geometry = wo.dot(self.ng) * wi.dot(self.ng);
+        let by_shading = wo.dot(self.shading.z) * wi.dot(self.shading.z);
+        by_geometry * by_shading > 0.0
+    }
+}

@@ -1,0 +1,199 @@
+//! Light from an image of the sky.
+
+use std::f32::consts::PI;
+
+use sahl_image::{ColorSpace, Image};
+use sahl_math::{Transform, Vec2, Vec3};
+
+use super::{LightSample, SphereMap};
+use crate::distribution::PiecewiseConstant2d;
+use crate::spectrum::{Spectrum, Wavelengths};
+
+/// Radiance by direction, from an image; directions are sampled in proportion to it.
+///
+/// Equal-area images are constant within a pixel, as in pbrt-v4, and sampled exactly; latitude-longitude images are
+/// interpolated bilinearly, and a pixel is sampled in proportion to its mean under that interpolation.
+#[derive(Clone, Debug)]
+pub(crate) struct ImageEnvironment {
+    map: SphereMap,
+    width: usize,
+    height: usize,
+    texels: Vec<[f32; 3]>,
+    distribution: PiecewiseConstant2d,
+    /// Axes of the image's space in the world, orthonormal, and perhaps left-handed.
+    axes: [Vec3; 3],
+    scale: f32,
+}
+
+impl ImageEnvironment {
+    /// The environment that `image` is, `None` if it has no pixels. Negative and non-finite values count as zero.
+    pub(crate) fn new(image: &Image, map: SphereMap, light_to_world: &Transform) -> Option<Self> {
+        let (width, height) = (image.width, image.height);
+        let mut texels = Vec::with_capacity(width.checked_mul(height)?);
+        for y in 0..height {
+            for x in 0..width {
+                let [r, g, b, _] = image.pixel(x, y);
+                let rgb = image.color_space.convert(ColorSpace::Srgb, [r, g, b]);
+                texels.push(rgb.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }));
+            }
+        }
+        if texels.is_empty() {
+            return None;
+        }
+        let weights = sampling_weights(map, &texels, width, height);
+        let distribution = PiecewiseConstant2d::new(&weights, width);
+        let axes = orthonormal_axes(light_to_world);
+        Some(Self { map, width, height, texels, distribution, axes, scale: 1.0 })
+    }
+
+    /// Multiplies the radiance by `factor`.
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        Self { scale: self.scale * factor, ..self }
+    }
+
+    /// Radiance from a unit direction in the world.
+    #[inline]
+    pub(crate) fn radiance(&self, direction: Vec3, wavelengths: &Wavelengths) -> Spectrum {
+        self.at(self.map.uv(self.to_local(direction)), wavelengths)
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
+        let (uv, pdf) = self.distribution.sample(u);
+        let pdf = pdf / self.map.solid_angle(uv);
+        let wi = self.to_world(self.map.direction(uv));
+        (pdf > 0.0 && pdf.is_finite())
+            .then(|| LightSample { radiance: self.at(uv, wavelengths), wi, pdf, is_delta: false, end: None })
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, direction: Vec3) -> f32 {
+        let uv = self.map.uv(self.to_local(direction));
+        let pdf = self.distribution.pdf(uv) / self.map.solid_angle(uv);
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Mean radiance over the sphere.
+    pub(crate) fn mean(&self, wavelengths: &Wavelengths) -> Spectrum {
+        lanes(self.integrate(|_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
+    }
+
+    /// Luminous irradiance on a surface that faces up: +z for equal-area images, +y for the others.
+    pub(crate) fn illuminance(&self) -> f32 {
+        let map = self.map;
+        let cosine = |w: Vec3| match map {
+            SphereMap::EqualArea => w.z.max(0.0),
+            SphereMap::LatLong => w.y.max(0.0),
+        };
+        ColorSpace::Srgb.luminance(self.integrate(cosine))
+    }
+
+    /// ∫ L f dω, a pixel at a time.
+    fn integrate(&self, f: impl Fn(Vec3) -> f32) -> [f32; 3] {
+        let texel_area = 1.0 / self.texels.len() as f64;
+        let mut sum = [0.0_f64; 3];
+        for (i, texel) in self.texels.iter().enumerate() {
+            let uv = self.center(i % self.width, i / self.width);
+            let weight = f64::from(self.map.solid_angle(uv) * f(self.map.direction(uv))) * texel_area;
+            for (sum, value) in sum.iter_mut().zip(texel) {
+                *sum += weight * f64::from(*value);
+            }
+        }
+        sum.map(|x| x as f32 * self.scale)
+    }
+
+    fn center(&self, x: usize, y: usize) -> Vec2 {
+        Vec2::new((x as f32 + 0.5) / self.width as f32, (y as f32 + 0.5) / self.height as f32)
+    }
+
+    #[inline]
+    fn to_local(&self, w: Vec3) -> Vec3 {
+        Vec3::new(w.dot(self.axes[0]), w.dot(self.axes[1]), w.dot(self.axes[2]))
+    }
+
+    #[inline]
+    fn to_world(&self, w: Vec3) -> Vec3 {
+        self.axes[0] * w.x + self.axes[1] * w.y + self.axes[2] * w.z
+    }
+
+    #[inline]
+    fn at(&self, uv: Vec2, wavelengths: &Wavelengths) -> Spectrum {
+        let (x, y) = (uv.x * self.width as f32, uv.y * self.height as f32);
+        let rgb = match self.map {
+            SphereMap::EqualArea => {
+                self.texels[(y as usize).min(self.height - 1) * self.width + (x as usize).min(self.width - 1)]
+            }
+            SphereMap::LatLong => self.bilinear(x - 0.5, y - 0.5),
+        };
+        lanes(rgb, wavelengths) * self.scale
+    }
+
+    /// Interpolates between texel centres, which lie at whole numbers: round the image in x, up to its border in y.
+    #[inline]
+    fn bilinear(&self, x: f32, y: f32) -> [f32; 3] {
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let column = |x: f32| (x as i64).rem_euclid(self.width as i64) as usize;
+        let row = |y: f32| (y.max(0.0) as usize).min(self.height - 1) * self.width;
+        let (left, right, top, bottom) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
+        let (a, b) = (self.texels[top + left], self.texels[top + right]);
+        let (c, d) = (self.texels[bottom + left], self.texels[bottom + right]);
+        std::array::from_fn(|i| {
+            (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy
+        })
+    }
+}
+
+/// A colour of the image in the lanes of a path.
+#[inline]
+fn lanes(rgb: [f32; 3], wavelengths: &Wavelengths) -> Spectrum {
+    match wavelengths {
+        Wavelengths::Rgb => Spectrum::from_rgb(rgb),
+    }
+}
+
+/// The share of each texel in the flux: mean of its lanes times its solid angle.
+fn sampling_weights(map: SphereMap, texels: &[[f32; 3]], width: usize, height: usize) -> Vec<f32> {
+    let mean = |[r, g, b]: [f32; 3]| (r + g + b) / 3.0;
+    let means: Vec<f32> = texels.iter().map(|&texel| mean(texel)).collect();
+    match map {
+        SphereMap::EqualArea => means,
+        SphereMap::LatLong => {
+            // The mean of a bilinear interpolation over a texel weighs it and its neighbours by 6 and 1 along each axis.
+            let blur = |before: f32, at: f32, after: f32| (before + 6.0 * at + after) / 8.0;
+            let across: Vec<f32> = (0..means.len())
+                .map(|i| {
+                    let (x, row) = (i % width, &means[i / width * width..][..width]);
+                    blur(row[(x + width - 1) % width], row[x], row[(x + 1) % width])
+                })
+                .collect();
+            (0..means.len())
+                .map(|i| {
+                    let (x, y) = (i % width, i / width);
+                    let at = |y: usize| across[y * width + x];
+                    let sin = (PI * (y as f32 + 0.5) / height as f32).sin();
+                    blur(at(y.saturating_sub(1)), at(y), at((y + 1).min(height - 1))) * sin
+                })
+                .collect()
+        }
+    }
+}
+
+/// The images of the axes under `transform`, made orthonormal (Gram and Schmidt), keeping its handedness.
+fn orthonormal_axes(transform: &Transform) -> [Vec3; 3] {
+    let x = transform.vector(Vec3::X).normalize();
+    let y = transform.vector(Vec3::Y);
+    let y = (y - x * x.dot(y)).normalize();
+    let z = x.cross(y);
+    [x, y, if transform.swaps_handedness() { -z } else { z }]
+}
+
+/// Whether `transform` is a rotation, perhaps mirrored and scaled alike in all directions.
+pub(crate) fn is_rigid(transform: &Transform) -> bool {
+    let scale = transform.vector(Vec3::X).length();
+    let axes = orthonormal_axes(transform);
+    [Vec3::X, Vec3::Y, Vec3::Z]
+        .into_iter()
+        .zip(axes)
+        .all(|(axis, expected)| (transform.vector(axis) / scale - expected).length() < 1e-4)
+}

@@ -1,0 +1,143 @@
+//! Lights, and the choice of one among many.
+//!
+//! Design decision: a light says three things: a way to be sampled from a point, the density of that way for a
+//! direction that was found otherwise, and its power, by which the choice among lights is made. Surfaces that emit are
+//! lights too, one for each primitive. Radiance is that of the linear working space, all factors included.
+//!
+//! Deliberately absent: visibility (integrators trace the shadow ray) and emission of photons.
+
+mod environment;
+mod kinds;
+mod projection;
+mod select;
+
+use sahl_math::{Vec2, Vec3};
+
+use crate::interaction::Interaction;
+use crate::shape::{Emitter, EmitterPoint};
+use crate::spectrum::{Spectrum, Wavelengths};
+
+pub(crate) use environment::{ImageEnvironment, is_rigid};
+pub(crate) use kinds::{AreaLight, DistantLight, Emission, PointLight, SpotLight};
+pub(crate) use projection::SphereMap;
+pub(crate) use select::LightSelection;
+
+/// A source of light.
+#[derive(Clone, Debug)]
+pub(crate) enum Light {
+    /// A point that shines alike in all directions.
+    Point(PointLight),
+    /// A point that shines into a cone.
+    Spot(SpotLight),
+    /// Parallel light.
+    Distant(DistantLight),
+    /// A primitive that emits.
+    Area(AreaLight),
+    /// The same radiance from all directions.
+    Uniform(Emission),
+    /// Radiance by direction.
+    Image(Box<ImageEnvironment>),
+}
+
+/// Light that arrives at a point, if nothing is in the way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightSample {
+    /// Radiance; for lights without extent irradiance on a surface that faces the light, the density being one.
+    pub(crate) radiance: Spectrum,
+    /// Unit direction toward the light.
+    pub(crate) wi: Vec3,
+    /// Density of `wi` per steradian; one for lights without extent.
+    pub(crate) pdf: f32,
+    /// Whether no other way than sampling the light can find it.
+    pub(crate) is_delta: bool,
+    /// Where the shadow ray ends: point, error, normal; `None` for infinitely far away.
+    pub(crate) end: Option<(Vec3, Vec3, Vec3)>,
+}
+
+impl Light {
+    /// Light that arrives at `from`; `None` where none can.
+    #[inline]
+    pub(crate) fn sample(&self, from: Vec3, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
+        match self {
+            Self::Point(light) => light.sample(from, wavelengths),
+            Self::Spot(light) => light.sample(from, wavelengths),
+            Self::Distant(light) => Some(light.sample(wavelengths)),
+            Self::Area(light) => light.sample(from, u, wavelengths),
+            Self::Uniform(radiance) => {
+                let (wi, pdf) = (crate::warp::uniform_sphere(u), crate::warp::UNIFORM_SPHERE_PDF);
+                let radiance = radiance.at(wavelengths);
+                Some(LightSample { radiance, wi, pdf, is_delta: false, end: None })
+            }
+            Self::Image(light) => light.sample(u, wavelengths),
+        }
+    }
+
+    /// Radiance that arrives along `direction`, a unit vector toward the sky, from a light that is infinitely far away;
+    /// zero for other lights.
+    #[inline]
+    pub(crate) fn escaped(&self, direction: Vec3, wavelengths: &Wavelengths) -> Spectrum {
+        match self {
+            Self::Uniform(radiance) => radiance.at(wavelengths),
+            Self::Image(light) => light.radiance(direction, wavelengths),
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => Spectrum::ZERO,
+        }
+    }
+
+    /// Density per steradian with which [`Light::sample`] finds `direction`; zero for lights that are not infinitely
+    /// far away and for those without extent.
+    #[inline]
+    pub(crate) fn escaped_pdf(&self, direction: Vec3) -> f32 {
+        match self {
+            Self::Uniform(_) => crate::warp::UNIFORM_SPHERE_PDF,
+            Self::Image(light) => light.pdf(direction),
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => 0.0,
+        }
+    }
+
+    /// Radiance that a surface which is this light sends along `wo`.
+    #[inline]
+    pub(crate) fn emitted(&self, at: &Interaction, wo: Vec3, wavelengths: &Wavelengths) -> Spectrum {
+        match self {
+            Self::Area(light) => light.emitted(at.ng, wo, wavelengths),
+            _ => Spectrum::ZERO,
+        }
+    }
+
+    /// Density per steradian with which [`Light::sample`] finds the point `at` of this light from `from`.
+    #[inline]
+    pub(crate) fn pdf(&self, from: Vec3, at: &Interaction) -> f32 {
+        match self {
+            Self::Area(light) => {
+                let point = EmitterPoint { p: at.p, p_error: at.p_error, n: at.ng, uv: at.parameters };
+                light.emitter.pdf(from, &point)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Flux in watts, by lane, into a scene within a sphere of radius `scene_radius`.
+    pub(crate) fn power(&self, scene_radius: f32, wavelengths: &Wavelengths) -> Spectrum {
+        use std::f32::consts::PI;
+        let cross_section = PI * scene_radius * scene_radius;
+        match self {
+            Self::Point(light) => light.power(wavelengths),
+            Self::Spot(light) => light.power(wavelengths),
+            Self::Distant(light) => light.irradiance.at(wavelengths) * cross_section,
+            Self::Area(light) => light.power(wavelengths),
+            Self::Uniform(radiance) => radiance.at(wavelengths) * (4.0 * PI * cross_section),
+            Self::Image(light) => light.mean(wavelengths) * (4.0 * PI * cross_section),
+        }
+    }
+
+    /// Whether the light is infinitely far away in all directions, so that rays that leave the scene find it.
+    pub(crate) fn is_environment(&self) -> bool {
+        matches!(self, Self::Uniform(_) | Self::Image(_))
+    }
+}
+
+impl AreaLight {
+    /// A light that sends `radiance` from the front of `emitter`, or from both sides.
+    pub(crate) fn new(emitter: Emitter, radiance: Emission, two_sided: bool) -> Self {
+        Self { emitter, radiance, two_sided }
+    }
+}

@@ -1,0 +1,118 @@
+//! A scene that is ready to be rendered.
+
+use std::sync::Arc;
+
+use sahl_accel::{Accel, Hit};
+use sahl_math::{Bounds3, Ray};
+
+use crate::bsdf::Bsdf;
+use crate::camera::Camera;
+use crate::filter::PixelFilter;
+use crate::integrator::TileRenderer;
+use crate::interaction::Interaction;
+use crate::light::Light;
+use crate::material::Material;
+use crate::sampler::Sampler;
+use crate::shape::Attributes;
+use crate::spectrum::Wavelengths;
+use crate::texture::{TexturePoint, Textures};
+
+/// A scene that is ready to be rendered: immutable, cheap to clone, shared between threads.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub(crate) data: Arc<SceneData>,
+}
+
+/// How much there is of everything.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SceneStats {
+    /// Triangles, each counted once however often it is placed.
+    pub triangles: u64,
+    /// Bilinear patches, likewise.
+    pub patches: u64,
+    /// Spheres, disks and cylinders, likewise.
+    pub quadrics: u64,
+    /// Placements of objects.
+    pub instances: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Textures.
+    pub textures: u64,
+    /// Decoded images.
+    pub images: u64,
+    /// Lights; a mesh that emits counts as many as it has primitives.
+    pub lights: u64,
+    /// Bytes of vertices, indices and images.
+    pub data_bytes: u64,
+    /// The acceleration structure.
+    pub accel: sahl_accel::Stats,
+}
+
+/// Everything that is needed to compute a sample.
+#[derive(Debug)]
+pub(crate) struct SceneData {
+    pub(crate) accel: Accel,
+    /// By geometry of the accelerator.
+    pub(crate) attributes: Vec<Attributes>,
+    pub(crate) materials: Vec<Material>,
+    pub(crate) textures: Textures,
+    pub(crate) lights: Vec<Light>,
+    /// Which lights rays find that leave the scene.
+    pub(crate) environments: Vec<u32>,
+    pub(crate) camera: Camera,
+    pub(crate) film: sahl_scene::Film,
+    pub(crate) filter: PixelFilter,
+    pub(crate) sampler: Sampler,
+    /// Samples a pixel.
+    pub(crate) samples: u32,
+    pub(crate) integrator: Box<dyn TileRenderer>,
+    pub(crate) stats: SceneStats,
+}
+
+impl Scene {
+    /// How much there is of everything.
+    pub fn stats(&self) -> SceneStats {
+        self.data.stats
+    }
+
+    /// The box about all surfaces, in the world.
+    pub fn bounds(&self) -> Bounds3 {
+        self.data.accel.bounds()
+    }
+
+    /// Samples that a complete render takes for each pixel.
+    pub fn samples_per_pixel(&self) -> u32 {
+        self.data.samples
+    }
+
+    /// The acceleration structure.
+    pub fn accel(&self) -> &Accel {
+        &self.data.accel
+    }
+
+    /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens.
+    pub fn camera_ray(&self, film: sahl_math::Vec2) -> Ray {
+        self.data.camera.ray(film, sahl_math::Vec2::splat(0.5))
+    }
+}
+
+impl SceneData {
+    /// What the surface is like where `ray` hit it.
+    #[inline]
+    pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+        self.attributes[hit.geometry as usize].interaction(&self.accel, ray, hit)
+    }
+
+    /// How the surface scatters light.
+    #[inline]
+    pub(crate) fn bsdf(&self, at: &Interaction, wavelengths: &Wavelengths) -> Bsdf {
+        let point = TexturePoint { uv: at.uv, p: at.p };
+        self.materials[at.material as usize].bsdf(&self.textures, &point, wavelengths)
+    }
+
+    /// The light that the surface is, if it emits.
+    #[inline]
+    pub(crate) fn light(&self, at: &Interaction) -> Option<&Light> {
+        self.lights.get(at.light as usize)
+    }
+}

@@ -1,0 +1,67 @@
+//! Emitting shapes by kind.
+
+use sahl_math::{Vec2, Vec3};
+
+use super::{PatchEmitter, QuadricEmitter, SphereEmitter, TriangleEmitter};
+
+/// A shape in world space that can be sampled from a point.
+#[derive(Clone, Debug)]
+pub(crate) enum Emitter {
+    /// A triangle of a mesh.
+    Triangle(TriangleEmitter),
+    /// A bilinear patch of a mesh.
+    Patch(Box<PatchEmitter>),
+    /// A whole sphere that is a sphere in the world too.
+    Sphere(SphereEmitter),
+    /// Any other quadric: partial, or deformed by its transform.
+    Quadric(Box<QuadricEmitter>),
+}
+
+/// A point of an emitter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EmitterPoint {
+    /// Where it is.
+    pub(crate) p: Vec3,
+    /// Absolute error bound of each coordinate.
+    pub(crate) p_error: Vec3,
+    /// Unit normal on the side that emits.
+    pub(crate) n: Vec3,
+    /// Parameters on the shape: of use to patches only.
+    pub(crate) uv: Vec2,
+}
+
+impl Emitter {
+    /// A point of the shape as seen from `from`, and its density per solid angle; `None` where none can be found.
+    #[inline]
+    pub(crate) fn sample(&self, from: Vec3, u: Vec2) -> Option<(EmitterPoint, f32)> {
+        let (point, pdf) = match self {
+            Self::Triangle(triangle) => triangle.sample(from, u),
+            Self::Patch(patch) => patch.sample(from, u),
+            Self::Sphere(sphere) => sphere.sample(from, u),
+            Self::Quadric(quadric) => quadric.sample(from, u),
+        };
+        (pdf > 0.0 && pdf.is_finite()).then_some((point, pdf))
+    }
+
+    /// The density with which [`Emitter::sample`] finds `point` from `from`, per solid angle.
+    #[inline]
+    pub(crate) fn pdf(&self, from: Vec3, point: &EmitterPoint) -> f32 {
+        let pdf = match self {
+            Self::Triangle(triangle) => triangle.pdf(from, point),
+            Self::Patch(patch) => patch.pdf(from, point),
+            Self::Sphere(sphere) => sphere.pdf(from, point),
+            Self::Quadric(quadric) => quadric.pdf(from, point),
+        };
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Surface area, in m².
+    pub(crate) fn area(&self) -> f32 {
+        match self {
+            Self::Triangle(triangle) => triangle.area(),
+            Self::Patch(patch) => patch.area(),
+            Self::Sphere(sphere) => sphere.area(),
+            Self::Quadric(quadric) => quadric.area(),
+        }
+    }
+}
