@@ -56,7 +56,10 @@ pub fn load(path: &Path, assets: &dyn AssetSource) -> Loaded {
         Some((_, "pbrt")) => pbrt::read(&name, bytes, assets),
         Some((_, "ply")) => ply::load(&name, bytes),
         Some((_, "obj")) => obj::load(&name, bytes, assets),
-        _ => Loaded::failed("unknown-format", format!("no reader for `{name}`: expected `.pbrt`, `.ply` or `.obj`")),
+        _ => Loaded::failed(
+            "unknown-format",
+            format!("no reader for `{name}`: expected `.pbrt`, `.ply` or `.obj`"),
+        ),
     }
 }
 

@@ -19,6 +19,9 @@ pub mod spectrum;
 pub mod texture;
 pub mod warp;
 
+/// Acceleration structures, for those who look into a [`Scene`]'s own or measure it.
+pub use sahl_accel as accel;
+
 mod aov;
 mod build;
 mod camera;
@@ -33,6 +36,6 @@ mod shape;
 pub use aov::Aov;
 pub use build::{BuildOptions, build};
 pub use film::{DroppedSample, Film};
-pub use scene::{Scene, SceneStats};
+pub use scene::{Sample, Scene, SceneStats};
 pub use schedule::{Progress, RenderOptions, Rendered, Status, render};
 pub use spectrum::Spectrum;

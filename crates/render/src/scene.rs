@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use sahl_accel::{Accel, Hit};
-use sahl_math::{Bounds3, Ray};
+use sahl_math::{Bounds3, Ray, Vec2};
 
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
+use crate::film::Sensor;
 use crate::filter::PixelFilter;
 use crate::integrator::TileRenderer;
 use crate::interaction::Interaction;
@@ -46,6 +47,15 @@ pub struct SceneStats {
     pub data_bytes: u64,
     /// The acceleration structure.
     pub accel: sahl_accel::Stats,
+}
+
+/// One sample of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Its colour on the film: linear, exposed, in the film's colour space; NaN or infinite where the film drops it.
+    pub rgb: [f32; 3],
+    /// The pixel filter's weight: the pixel is the mean of its samples' colours weighted by it.
+    pub weight: f32,
 }
 
 /// Everything that is needed to compute a sample.
@@ -91,8 +101,14 @@ impl Scene {
     }
 
     /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens.
-    pub fn camera_ray(&self, film: sahl_math::Vec2) -> Ray {
-        self.data.camera.ray(film, sahl_math::Vec2::splat(0.5))
+    pub fn camera_ray(&self, film: Vec2) -> Ray {
+        self.data.camera.ray(film, Vec2::splat(0.5))
+    }
+
+    /// Sample `index` of `pixel` alone, the same that [`crate::render`] adds to the film: any sample can be replayed.
+    pub fn sample(&self, pixel: [u32; 2], index: u32) -> Sample {
+        let sample = self.data.integrator.sample(&self.data, pixel, index);
+        Sample { rgb: Sensor::new(&self.data.film).color(sample.radiance), weight: sample.weight }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Four calls from a scene to a picture: load, build, render, develop.
 //!
 //! `cargo run --release -p sahl --example 01_render_a_scene [SCENE] [PICTURE]`
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::error::Error;
 

@@ -4,6 +4,7 @@
 //! loses rays there, the watertight test of Woop, Benthin and Wald loses none. Then the lab's scene is rendered.
 //!
 //! `cargo run --release -p sahl --example 03_lab_rays_and_triangles`
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::error::Error;
 

@@ -4,6 +4,7 @@
 //! counts steps: nodes visited and primitives tested.
 //!
 //! `cargo run --release -p sahl --example 04_lab_acceleration`
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::error::Error;
 use std::time::Instant;

@@ -4,6 +4,7 @@
 //! seeds differ by noise alone, so half their mean squared difference is the variance of one of them.
 //!
 //! `cargo run --release -p sahl --example 05_lab_path_tracing`
+#![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::error::Error;
 use std::time::Instant;

@@ -10,10 +10,10 @@ use super::double::DVec3;
 /// The parameter `t` that the `f32` arithmetic gives is off by at most `m |s| (MARGIN_DEPTH + MARGIN_DETERMINANT m² / |det|)`,
 /// where `m` bounds the vertices' coordinates relative to the origin and `s` is the scale of the depth.
 ///
-/// With the unit roundoff ε: a sheared coordinate is below `2 m` and off by `6 ε m`, an edge function by `48 ε m²` from these and
-/// `16 ε m²` from its own rounding. Three of them, as weights and in the determinant, move `t` by `6 · 64 ε m³ |s| / |det|`;
+/// With the unit roundoff ε: a sheared coordinate is below `2 m` and off by `7 ε m`, an edge function by `56 ε m²` from these and
+/// `16 ε m²` from its own rounding. Three of them, as weights and in the determinant, move `t` by `6 · 72 ε m³ |s| / |det|`;
 /// rounding the depths and the last operations adds less than `16 ε m |s|`.
-pub(crate) const MARGIN_DETERMINANT: f32 = 400.0 * 0.5 * f32::EPSILON;
+pub(crate) const MARGIN_DETERMINANT: f32 = 450.0 * 0.5 * f32::EPSILON;
 /// See [`MARGIN_DETERMINANT`].
 pub(crate) const MARGIN_DEPTH: f32 = 16.0 * 0.5 * f32::EPSILON;
 
@@ -41,13 +41,14 @@ impl Shear {
     /// The shear of a direction other than zero.
     #[inline]
     pub(crate) fn new(direction: Vec3) -> Self {
-        let z = direction.max_axis();
-        let (axes, [dx, dy, dz]) = match z {
-            0 => ([1, 2, 0], [direction.y, direction.z, direction.x]),
-            1 => ([2, 0, 1], [direction.z, direction.x, direction.y]),
-            _ => ([0, 1, 2], [direction.x, direction.y, direction.z]),
-        };
-        Self { axes, factors: [dx / dz, dy / dz, 1.0 / dz] }
+        // Selections, not branches: which axis dominates cannot be predicted.
+        let d: [f32; 3] = direction.into();
+        let [x, y, z] = d.map(f32::abs);
+        let (larger, axis) = if y > x { (y, 1) } else { (x, 0) };
+        let axis = if z > larger { 2 } else { axis };
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][axis];
+        let scale = 1.0 / d[axes[2]];
+        Self { axes, factors: [d[axes[0]] * scale, d[axes[1]] * scale, scale] }
     }
 
     /// A vertex, relative to the ray's origin, in the sheared space: the ray runs from zero along +z.
@@ -78,7 +79,7 @@ pub fn intersect(ray: &Ray, vertices: [Vec3; 3]) -> Option<TriangleHit> {
 }
 
 /// [`intersect`] with the shear prepared, and without an upper limit.
-#[inline(never)]
+#[inline]
 pub(crate) fn intersect_sheared(ray: &Ray, shear: &Shear, vertices: [Vec3; 3]) -> Option<TriangleHit> {
     let [a, b, c] = vertices.map(|vertex| shear.apply(vertex - ray.origin));
     let mut edges = edge_functions(a, b, c);
@@ -131,7 +132,7 @@ pub(crate) fn exact_edge_functions(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [f3
 /// Where the ray meets the triangle's plane, in `f64`; `None` if they are parallel.
 ///
 /// The origin may lie next to the plane: the sign of the result is right as long as `f64` can tell.
-#[inline(never)]
+#[inline]
 pub(crate) fn plane_parameter(ray: &Ray, vertices: [Vec3; 3]) -> Option<f32> {
     let [p0, p1, p2] = vertices.map(DVec3::from);
     let n = (p1 - p0).cross(p2 - p0);

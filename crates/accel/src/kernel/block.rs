@@ -114,17 +114,9 @@ impl TriangleBlock {
             lanes &= lanes - 1;
             let mut hit = BlockHit { t: ts[lane], b1: b1s[lane], b2: b2s[lane], id: self.ids[lane] };
             if special >> lane & 1 == 1 {
-                if on_edge >> lane & 1 == 1 {
-                    match triangle::intersect_sheared(ray, shear, self.vertices(lane)) {
-                        Some(exact) => hit = BlockHit { t: exact.t, b1: exact.b1, b2: exact.b2, ..hit },
-                        None => continue,
-                    }
-                } else {
-                    hit.t = triangle::plane_parameter(ray, self.vertices(lane)).unwrap_or(hit.t);
-                }
-                // NaN fails.
-                if !(hit.t > ray.t_min && hit.t <= t_max) {
-                    continue;
+                match self.decide(ray, shear, (lane, on_edge >> lane & 1 == 1), hit) {
+                    Some(decided) if decided.t <= t_max => hit = decided,
+                    _ => continue,
                 }
             }
             if found(hit) {
@@ -132,5 +124,29 @@ impl TriangleBlock {
             }
         }
         false
+    }
+
+    /// The hit with a lane for which `f32` is not enough: because an edge function is zero, or because the sign of the
+    /// parameter is in doubt.
+    #[inline(never)]
+    fn decide(
+        &self,
+        ray: &Ray,
+        shear: &Shear,
+        (lane, on_edge): (usize, bool),
+        hit: BlockHit,
+    ) -> Option<BlockHit> {
+        let vertices = self.vertices(lane);
+        let decided = if on_edge {
+            triangle::intersect_sheared(ray, shear, vertices).map(|exact| BlockHit {
+                t: exact.t,
+                b1: exact.b1,
+                b2: exact.b2,
+                ..hit
+            })?
+        } else {
+            BlockHit { t: triangle::plane_parameter(ray, vertices).unwrap_or(hit.t), ..hit }
+        };
+        (decided.t > ray.t_min).then_some(decided)
     }
 }

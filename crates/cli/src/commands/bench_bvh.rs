@@ -12,7 +12,7 @@ use std::time::Duration;
 use sahl::image::{EncodeOptions, Format, Image, false_color};
 use sahl::math::{Frame, Ray, Vec2, Vec3};
 use sahl::render::accel::{Accel, Builder, Stats, TraversalCount};
-use sahl::render::Scene;
+use sahl::render::{BuildOptions, Scene};
 use serde_json::json;
 
 use crate::args::BvhArgs;
@@ -62,20 +62,19 @@ pub(crate) fn run(args: &BvhArgs, console: Console) -> Result<ExitCode, Failure>
     let mut source = Source::load(&args.scenes)?;
     source.report(args.messages.strict, &console)?;
     resize(&mut source.loaded.scene, args.resolution);
+    source.build(&BuildOptions::default(), args.messages.strict, &console)?;
     let prefix = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}-steps", source.stem)));
     let outputs = [heat_map_of(&prefix, "median")?, heat_map_of(&prefix, "sah")?];
 
     let builders = [("median", Builder::Median), ("sah", Builder::BinnedSah)];
     let mut trees = Vec::new();
-    let mut size = [0, 0];
     for (name, builder) in builders {
-        let (scene, build) = build(&mut source, builder, args.messages.strict && trees.is_empty(), &console)?;
-        size = extent(&source);
-        trees.push(measure(name, &scene, build, &pixels(&source)));
+        let (scene, time) = build(&source, builder)?;
+        trees.push(measure(name, &scene, time, &pixels(&source)));
     }
     let brightest = trees.iter().flat_map(|tree| &tree.steps).fold(0.0_f32, |most, &steps| most.max(steps));
     for (tree, output) in trees.iter().zip(&outputs) {
-        draw(&tree.steps, size, brightest, output)?;
+        draw(&tree.steps, extent(&source), brightest, output)?;
     }
     let paths = outputs.map(|output| output.path().display().to_string());
     if args.json {
@@ -92,21 +91,18 @@ fn heat_map_of(prefix: &std::path::Path, tree: &str) -> Result<Output, Failure> 
     Output::check(&prefix.with_file_name(name))
 }
 
-/// The scene with the fastest of several builds. What is wrong with it is told once.
-fn build(
-    source: &mut Source,
-    builder: Builder,
-    strict: bool,
-    console: &Console,
-) -> Result<(Scene, Duration), Failure> {
+/// The scene, and the time of the fastest of several builds.
+fn build(source: &Source, builder: Builder) -> Result<(Scene, Duration), Failure> {
     let options = build_with(builder);
-    let (scene, mut best) = timed(|| source.build(&options, strict, console));
-    let scene = scene?;
-    for _ in 1..RUNS {
-        let (_, time) = timed(|| sahl::render::build(&source.loaded.scene, &options));
+    let mut best = Duration::MAX;
+    let mut built = None;
+    for _ in 0..RUNS {
+        let ((scene, _), time) = timed(|| sahl::render::build(&source.loaded.scene, &options));
         best = best.min(time);
+        built = scene;
     }
-    Ok((scene, best))
+    let failed = || Failure::new(Reason::Scene, format!("`{}` can't be built", source.name));
+    Ok((built.ok_or_else(failed)?, best))
 }
 
 /// The pixels of the image, row by row.
@@ -210,6 +206,7 @@ fn text(source: &Source, trees: &[Tree], paths: &[String], brightest: f32) -> St
         row(&format!("{kind}: trace s"), &|tree| format!("{:.4}", batch(tree).time.as_secs_f64()));
         row(&format!("{kind}: rays/s"), &|tree| format::count(batch(tree).rays_per_second()));
     }
+    text.push('\n');
     if let [median, sah] = trees {
         for (kind, batch) in [("camera", camera as fn(&Tree) -> &Batch), ("bounce", bounce)] {
             let steps = batch(median).steps_per_ray() / batch(sah).steps_per_ray().max(1e-9);

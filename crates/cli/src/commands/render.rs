@@ -268,7 +268,8 @@ fn samples_were(count: u64) -> String {
     if count == 1 { "1 sample was".to_owned() } else { format!("{count} samples were") }
 }
 
-/// Renders the samples of one pixel and prints them: number, red, green, blue, then their weighted mean.
+/// Renders the samples of one pixel and prints them: number, red, green, blue, then their weighted mean, which is the
+/// pixel. Samples that the film would drop are marked and left out.
 fn replay(scene: &Scene, description: &SceneDesc, pixel: [u32; 2]) -> Result<ExitCode, Failure> {
     let [x, y] = pixel;
     let [width, height] = description.film.resolution;
@@ -277,16 +278,19 @@ fn replay(scene: &Scene, description: &SceneDesc, pixel: [u32; 2]) -> Result<Exi
     }
     let mut text = String::new();
     let (mut sum, mut weights) = ([0.0_f64; 3], 0.0_f64);
-    for index in 0..description.sampler.samples {
+    for index in 0..scene.samples_per_pixel() {
         let sample = scene.sample(pixel, index);
         let [r, g, b] = sample.rgb;
-        let _ = writeln!(text, "{index}\t{r}\t{g}\t{b}");
-        for (sum, value) in sum.iter_mut().zip(sample.rgb) {
-            *sum += f64::from(value * sample.weight);
+        let is_kept = sample.rgb.iter().all(|value| value.is_finite());
+        let _ = writeln!(text, "{index}\t{r}\t{g}\t{b}{}", if is_kept { "" } else { "\tdropped" });
+        if is_kept {
+            for (sum, value) in sum.iter_mut().zip(sample.rgb) {
+                *sum += f64::from(value) * f64::from(sample.weight);
+            }
+            weights += f64::from(sample.weight);
         }
-        weights += f64::from(sample.weight);
     }
-    let [r, g, b] = sum.map(|sum| (sum / weights) as f32);
+    let [r, g, b] = sum.map(|sum| if weights == 0.0 { 0.0 } else { (sum / weights) as f32 });
     let _ = writeln!(text, "mean\t{r}\t{g}\t{b}");
     print(&text)?;
     Ok(ExitCode::SUCCESS)

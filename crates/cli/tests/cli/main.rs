@@ -1,4 +1,5 @@
 //! Runs the binary as a user does.
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod bench;
 mod compare;

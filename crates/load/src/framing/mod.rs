@@ -62,9 +62,14 @@ pub(crate) fn frame(scene: &mut SceneDesc) {
     let surroundings = Surroundings::new(&soup, center);
     if surroundings.is_enclosed(radius * 0.02) {
         frame_place(scene, &bounds, &soup, &surroundings);
+        let mut light_sampler = LightSampler::Power;
         if !has_emitters {
             light_place(scene, &bounds, &surroundings);
+            // By power the sky outside would get nearly every sample, and the lamp inside none.
+            light_sampler = LightSampler::Uniform;
         }
+        // Light comes round more corners than between objects.
+        scene.integrator = Integrator::Path { max_depth: 8, light_sampler };
     } else {
         frame_object(scene, &bounds, center, radius);
         if !has_emitters {
@@ -217,12 +222,12 @@ fn add_sky(scene: &mut SceneDesc, rgb: [f32; 3]) {
 
 /// A soft sky, and a lamp that lights the side towards the camera from the left.
 fn light_object(scene: &mut SceneDesc, center: Vec3, radius: f32) {
-    add_sky(scene, [0.50, 0.55, 0.62]);
+    add_sky(scene, [0.42, 0.46, 0.52]);
     let towards_lamp = OBJECT_LAMP.normalize();
     let Some(shape_to_world) = upright(center + towards_lamp * (radius * 5.0), -towards_lamp) else { return };
     let disk =
         Geometry::Disk { height: 0.0, radius: radius * 1.5, inner_radius: 0.0, phi_max: 4.0 * FRAC_PI_2 };
-    // Seen from the object it fills 0.28 sr: an irradiance of 2.4 beside the sky's 1.7.
+    // Seen from the object it fills 0.28 sr: an irradiance of 2.4 beside the sky's 1.4.
     let lamp =
         AreaLight { radiance: Spectrum::srgb([9.0, 8.6, 8.0]), scale: 1.0, two_sided: false, power: None };
     let black = Material::Diffuse { reflectance: SpectrumParam::Constant(Spectrum::Constant(0.0)) };
@@ -259,7 +264,6 @@ fn frame_place(scene: &mut SceneDesc, bounds: &Bounds3, soup: &Soup, from_center
     if let Some(camera) = best.and_then(|(_, eye, forward)| camera_at(eye, forward + tilt, PLACE_FOV)) {
         scene.camera = camera;
     }
-    scene.integrator = Integrator::Path { max_depth: 8, light_sampler: LightSampler::Power };
 }
 
 fn light_place(scene: &mut SceneDesc, bounds: &Bounds3, from_center: &Surroundings) {
@@ -267,9 +271,9 @@ fn light_place(scene: &mut SceneDesc, bounds: &Bounds3, from_center: &Surroundin
     let height = bounds.max.y - floor;
     let is_open = from_center.distance(Vec3::Y).is_none();
     if is_open {
-        add_sky(scene, [2.6, 2.8, 3.1]);
+        add_sky(scene, [3.4, 3.7, 4.1]);
         let sun = Light::Distant {
-            radiance: Spectrum::srgb([9.0, 8.4, 7.4]),
+            radiance: Spectrum::srgb([6.0, 5.6, 4.9]),
             scale: 1.0,
             illuminance: None,
             direction: Vec3::new(0.30, -1.0, 0.14).normalize(),
@@ -279,7 +283,7 @@ fn light_place(scene: &mut SceneDesc, bounds: &Bounds3, from_center: &Surroundin
         add_sky(scene, [1.0; 3]);
     }
     // The farther the walls, the brighter the lamp that lights them alike.
-    let strength = if is_open { 0.25 } else { 1.2 };
+    let strength = if is_open { 0.45 } else { 1.2 };
     let center = bounds.center();
     let ceiling = from_center.distance(Vec3::Y).map_or(bounds.max.y, |distance| center.y + distance);
     let lamp = Light::Point {

@@ -18,6 +18,8 @@ use crate::assets::normalized;
 const DEPTH_LIMIT: usize = 64;
 /// Times that files may be included in all: each of a chain that includes the next twice doubles the number.
 const INCLUSION_LIMIT: usize = 100_000;
+/// Bytes of files that were read before and may be read again: what they hold is made anew each time.
+const REPETITION_LIMIT: usize = 256 << 20;
 /// Larger texts have places that a [`Span`] can't tell.
 const TEXT_LIMIT: usize = u32::MAX as usize - 1;
 
@@ -28,6 +30,8 @@ pub(super) struct Inclusion {
     /// Texts by path, so that a file included often is read once.
     texts: BTreeMap<PathBuf, FileId>,
     count: usize,
+    /// Bytes of texts that were read before.
+    repeated: usize,
     told_limit: bool,
     first: Option<Span>,
 }
@@ -56,6 +60,11 @@ impl Inclusion {
     /// The number of blocks that the file being read can't close.
     pub(super) fn scope_base(&self) -> usize {
         self.open.iter().rev().find_map(|frame| frame.import.as_ref()).map_or(0, |import| import.depth)
+    }
+
+    /// Whether no further file may be opened.
+    fn exceeds_limits(&self) -> bool {
+        self.open.len() >= DEPTH_LIMIT || self.count > INCLUSION_LIMIT || self.repeated > REPETITION_LIMIT
     }
 
     /// The end of the first file.
@@ -116,16 +125,18 @@ impl Interpreter<'_> {
     /// Opens the file that an `Include` or `Import` names.
     pub(super) fn include(&mut self, statement: &Statement, import: bool) {
         let [name] = &statement.names[..] else { return };
-        if self.inclusion.open.len() >= DEPTH_LIMIT || self.inclusion.count >= INCLUSION_LIMIT {
+        self.inclusion.count += 1;
+        if self.inclusion.exceeds_limits() {
             if !std::mem::replace(&mut self.inclusion.told_limit, true) {
                 let message = format!(
-                    "too much is included: {DEPTH_LIMIT} files at once and {INCLUSION_LIMIT} in all are the limits"
+                    "too much is included: {DEPTH_LIMIT} files at once, {INCLUSION_LIMIT} in all and {} MiB of files \
+                     read before are the limits",
+                    REPETITION_LIMIT >> 20
                 );
                 self.report().error("inclusion-limit", name.span, message);
             }
             return;
         }
-        self.inclusion.count += 1;
         let Some((path, file)) = self.source(name) else { return };
         if self.inclusion.open.iter().any(|frame| frame.path == path) {
             let message = format!("{} includes itself", quote(name.text.as_bytes()));
@@ -146,6 +157,7 @@ impl Interpreter<'_> {
     fn source(&mut self, name: &Name) -> Option<(PathBuf, FileId)> {
         for path in self.cx.files.candidates(&name.text) {
             if let Some(&file) = self.inclusion.texts.get(&path) {
+                self.inclusion.repeated += self.cx.report.text(file).len();
                 return Some((path, file));
             }
         }

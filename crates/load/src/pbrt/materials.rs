@@ -1,12 +1,12 @@
 //! Materials by name. A name may be used before it is defined, as in pbrt.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use sahl_scene::{Diagnostic, Handle, Material, Origin, SceneDesc, Span};
 
-use super::interpreter::{Interpreter, reader};
-use super::reader::with_choices;
+use super::interpreter::Interpreter;
+use super::plugins::reader;
 use super::report::{Report, quote};
 use super::state::{Category, CurrentMaterial};
 use super::statement::{Directive, Name, Statement};
@@ -62,19 +62,27 @@ impl NamedMaterials {
             let message = format!("there is no material called {}", quote(text.as_bytes()));
             let diagnostic = Diagnostic::error("unknown-material", used, message);
             let defined = self.named.iter().filter(|(_, entry)| entry.defined.is_some());
-            report.push(with_choices(diagnostic, text, defined.map(|(name, _)| name.as_str())));
+            report.push_with_choices(diagnostic, text, defined.map(|(name, _)| name.as_str()));
         }
+        // Chains are followed once: what a material resolves to is remembered for all on the way.
+        let mut resolved: BTreeMap<usize, Handle<Material>> = BTreeMap::new();
         for (&index, alias) in &self.aliases {
+            let mut chain = BTreeSet::from([index]);
             let mut target = alias.target;
-            let mut steps = 0;
             while let Some(next) = self.aliases.get(&target.index()) {
-                target = next.target;
-                steps += 1;
-                if steps > self.aliases.len() {
+                if let Some(&end) = resolved.get(&target.index()) {
+                    target = end;
+                    break;
+                }
+                if !chain.insert(target.index()) {
                     report.error("cyclic-material", alias.span, "this material is mixed of itself");
                     break;
                 }
+                target = next.target;
             }
+            resolved.extend(chain.into_iter().map(|index| (index, target)));
+        }
+        for (index, target) in resolved {
             let handle = Handle::new(u32::try_from(index).expect("handles count in 32 bits"));
             scene.materials[handle] = scene.materials[target].clone();
         }
@@ -129,8 +137,8 @@ impl Interpreter<'_> {
         let entry = self.materials.entry(&mut self.cx.scene, name);
         if let Some(former) = entry.defined {
             let message = format!("material {} is defined twice", quote(name.text.as_bytes()));
-            let note = format!("the first is in {}", self.report().place(former));
-            self.report().push(Diagnostic::error("redefinition", name.span, message).with_note(note));
+            let diagnostic = Diagnostic::error("redefinition", name.span, message);
+            self.report().push_with_place(diagnostic, "the first is in", former);
             return;
         }
         entry.defined = Some(name.span);
@@ -139,9 +147,8 @@ impl Interpreter<'_> {
         if let MaterialKind::Interface = kind {
             if let Some(used) = entry.used.filter(|used| *used != name.span) {
                 let message = "this `interface` is used before it is defined: shapes up to here are solid";
-                let note = format!("it is used in {}", self.report().place(used));
-                self.report()
-                    .push(Diagnostic::warning("unsupported-material", name.span, message).with_note(note));
+                let diagnostic = Diagnostic::warning("unsupported-material", name.span, message);
+                self.report().push_with_place(diagnostic, "it is used in", used);
             }
             if let Some(entry) = self.materials.named.get_mut(&name.text) {
                 entry.interface = true;

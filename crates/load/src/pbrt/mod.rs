@@ -2,9 +2,10 @@
 //!
 //! A scene goes through four stages, none of which stops at an error:
 //! 1. [`lexer`] and [`number`]: bytes to tokens with their places;
-//! 2. [`parser`] and [`parameter`]: tokens to [`statement::Statement`]s, by the table of directives in [`statement`];
-//! 3. [`interpreter`]: statements to changes of the graphics state ([`state`], [`scope`], [`objects`], [`materials`],
-//!    [`inclusion`]);
+//! 2. [`parser`] and [`parameter_list`]: tokens to [`statement::Statement`]s, by the table of directives in
+//!    [`statement`];
+//! 3. [`interpreter`]: statements to changes of the graphics state ([`state`], [`transforms`], [`scope`], [`objects`],
+//!    [`materials`], [`inclusion`], [`plugins`]);
 //! 4. [`translate`]: the parameters of a plugin, asked for through a [`reader::Reader`], to a part of the scene.
 //!
 //! Where Sahl lacks what a file asks for, the nearest that it has is used, and a warning with its place says so.
@@ -20,12 +21,15 @@ mod materials;
 mod number;
 mod objects;
 mod parameter;
+mod parameter_list;
 mod parser;
+mod plugins;
 mod reader;
 mod report;
 mod scope;
 mod state;
 mod statement;
+mod transforms;
 mod translate;
 
 use sahl_scene::{Diagnostic, Span};

@@ -7,7 +7,6 @@ use sahl_math::Transform;
 use sahl_scene::{AreaLight, Diagnostic, Handle, Instance, Object, Origin, Shape, Span};
 
 use super::interpreter::Interpreter;
-use super::reader::with_choices;
 use super::report::quote;
 use super::scope::ScopeKind;
 use super::statement::{Name, Statement};
@@ -32,9 +31,9 @@ impl Interpreter<'_> {
     pub(super) fn begin_object(&mut self, statement: &Statement) {
         let [name] = &statement.names[..] else { return };
         if let Some(outer) = &self.objects.current {
-            let note = format!("the object around it begins in {}", self.report().place(outer.name.span));
             let message = "an object can't be defined inside another";
-            self.report().push(Diagnostic::error("nested-object", statement.span, message).with_note(note));
+            let diagnostic = Diagnostic::error("nested-object", statement.span, message);
+            self.report().push_with_place(diagnostic, "the object around it begins in", outer.name.span);
             return;
         }
         if self.push_scope(ScopeKind::Object, statement.span) {
@@ -50,11 +49,9 @@ impl Interpreter<'_> {
         let origin = Origin::named(name.text.clone(), name.span);
         if let Some(former) = self.objects.named.get(&name.text) {
             let message = format!("object {} is defined twice", quote(name.text.as_bytes()));
-            let mut diagnostic = Diagnostic::error("redefinition", name.span, message);
-            if let Some(span) = self.cx.scene.objects.origin(*former).span {
-                diagnostic = diagnostic.with_note(format!("the first is in {}", self.report().place(span)));
-            }
-            self.report().push(diagnostic);
+            let diagnostic = Diagnostic::error("redefinition", name.span, message);
+            let first = self.cx.scene.objects.origin(*former).span.unwrap_or(name.span);
+            self.report().push_with_place(diagnostic, "the first is in", first);
             return;
         }
         let object = self.cx.scene.objects.push(Object { shapes }, origin);
@@ -104,7 +101,7 @@ impl Interpreter<'_> {
                     let message = format!("there is no object called {}", quote(name.text.as_bytes()));
                     let diagnostic = Diagnostic::error("unknown-object", name.span, message);
                     let names = self.objects.named.keys().map(String::as_str);
-                    self.report().push(with_choices(diagnostic, &name.text, names));
+                    self.report().push_with_choices(diagnostic, &name.text, names);
                 }
             }
         }

@@ -6,7 +6,7 @@ use sahl_scene::{Diagnostic, FileId, Span, suggest};
 
 use super::lexer::{Lexer, Token, TokenKind, unquote};
 use super::number::parse_f64;
-use super::parameter;
+use super::parameter_list;
 use super::report::{Report, quote};
 use super::statement::{Arguments, Name, RULES, Rule, Statement, rule};
 
@@ -66,7 +66,7 @@ impl<'t> Parser<'t> {
             Arguments::Names(least, most) => self.names(&mut statement, least, most)?,
             Arguments::Parameters(count) => {
                 self.names(&mut statement, count, count)?;
-                statement.parameters = parameter::parse_list(self)?;
+                statement.parameters = parameter_list::parse(self)?;
             }
             Arguments::Value => {
                 self.names(&mut statement, 1, 1)?;
@@ -180,12 +180,12 @@ impl<'t> Parser<'t> {
             self.report.push(self.syntax_error(token, message));
             return;
         }
-        let mut diagnostic =
+        let diagnostic =
             Diagnostic::error("unknown-directive", span, format!("unknown directive {}", quote(bytes)));
-        if let Some(help) = directive_help(bytes) {
-            diagnostic = diagnostic.with_help(help);
-        }
-        self.report.push(diagnostic);
+        self.report.push_with(diagnostic, |diagnostic| match directive_help(bytes) {
+            Some(help) => diagnostic.with_help(help),
+            None => diagnostic,
+        });
     }
 
     /// Skips to the next keyword.

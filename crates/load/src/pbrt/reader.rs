@@ -5,6 +5,7 @@
 //! its parameters: the code that reads them is the list.
 
 use std::cell::RefCell;
+use std::rc::Rc;
 
 use sahl_math::{Vec2, Vec3};
 use sahl_scene::{Diagnostic, Span, suggest};
@@ -20,7 +21,7 @@ pub(super) struct Reader<'p> {
     /// Where the plugin is named.
     span: Span,
     own: &'p [Parameter],
-    defaults: &'p [Parameter],
+    defaults: &'p [Rc<Parameter>],
     report: &'p Report,
     asked: RefCell<Vec<&'static str>>,
 }
@@ -31,7 +32,7 @@ impl<'p> Reader<'p> {
         what: String,
         span: Span,
         own: &'p [Parameter],
-        defaults: &'p [Parameter],
+        defaults: &'p [Rc<Parameter>],
         report: &'p Report,
     ) -> Self {
         Self { what, span, own, defaults, report, asked: RefCell::new(Vec::new()) }
@@ -55,7 +56,8 @@ impl<'p> Reader<'p> {
     /// The parameter called `name`, whatever its type, counted as used.
     pub(super) fn find(&self, name: &'static str) -> Option<&'p Parameter> {
         self.asked.borrow_mut().push(name);
-        let parameter = self.own.iter().chain(self.defaults).find(|parameter| parameter.name == name)?;
+        let defaults = self.defaults.iter().map(Rc::as_ref);
+        let parameter = self.own.iter().chain(defaults).find(|parameter| parameter.name == name)?;
         parameter.used.set(true);
         Some(parameter)
     }
@@ -262,11 +264,11 @@ impl<'p> Reader<'p> {
                     quote(given.text.as_bytes())
                 );
                 let names = choices.iter().map(|(choice, _)| *choice);
-                self.report.push(with_choices(
+                self.report.push_with_choices(
                     Diagnostic::error("unknown-value", given.span, message),
                     &given.text,
                     names,
-                ));
+                );
                 default
             }
         }
@@ -328,28 +330,12 @@ impl<'p> Reader<'p> {
         for parameter in self.own.iter().filter(|parameter| !parameter.used.get()) {
             let message = format!("{} has no parameter {}", self.what, quote(parameter.name.as_bytes()));
             let diagnostic = Diagnostic::warning("unknown-parameter", parameter.declaration, message);
-            self.report.push(match suggest::nearest(&parameter.name, asked.iter().copied()) {
-                Some(nearest) => diagnostic.with_help(format!("did you mean `{nearest}`?")),
-                None => diagnostic.with_note("it is ignored"),
+            self.report.push_with(diagnostic, |diagnostic| {
+                match suggest::nearest(&parameter.name, asked.iter().copied()) {
+                    Some(nearest) => diagnostic.with_help(format!("did you mean `{nearest}`?")),
+                    None => diagnostic.with_note("it is ignored"),
+                }
             });
         }
     }
-}
-
-/// Adds the nearest of `names` to a message about `found`, or all of them if none is near and they are few.
-pub(super) fn with_choices<'a>(
-    diagnostic: Diagnostic,
-    found: &str,
-    names: impl Iterator<Item = &'a str> + Clone,
-) -> Diagnostic {
-    /// More names than this are not listed.
-    const LISTED: usize = 24;
-    if let Some(nearest) = suggest::nearest(found, names.clone()) {
-        return diagnostic.with_help(format!("did you mean `{nearest}`?"));
-    }
-    let listed: Vec<String> = names.take(LISTED + 1).map(|name| format!("`{name}`")).collect();
-    if listed.is_empty() || listed.len() > LISTED {
-        return diagnostic;
-    }
-    diagnostic.with_help(format!("known: {}", listed.join(", ")))
 }

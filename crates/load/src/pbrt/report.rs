@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use sahl_scene::{Diagnostic, Diagnostics, FileId, Severity, Sources, Span};
+use sahl_scene::{Diagnostic, Diagnostics, FileId, Severity, Sources, Span, suggest};
 
 use super::lexer::{Lexer, TokenKind};
 
@@ -104,9 +104,22 @@ impl Report {
         Arc::clone(&self.sources.borrow().file(file).text)
     }
 
+    /// Adds a message about the unknown name `found` with the nearest of `names`, or all of them if none is near and
+    /// they are few.
+    pub(super) fn push_with_choices<'a>(
+        &self,
+        diagnostic: Diagnostic,
+        found: &str,
+        names: impl Iterator<Item = &'a str> + Clone,
+    ) {
+        self.push_with(diagnostic, |diagnostic| with_choices(diagnostic, found, names));
+    }
+
     /// Adds a message with a note about a second place, which follows `note`.
     pub(super) fn push_with_place(&self, diagnostic: Diagnostic, note: &str, place: Span) {
-        self.push_with(diagnostic, |diagnostic| diagnostic.with_note(format!("{note} {}", self.place(place))));
+        self.push_with(diagnostic, |diagnostic| {
+            diagnostic.with_note(format!("{note} {}", self.place(place)))
+        });
     }
 
     /// `name:line` of the start of `span`. Takes time in proportion to the text.
@@ -154,6 +167,24 @@ fn more_like_this(severity: Severity, code: &'static str, tally: &Tally, what: &
         Severity::Warning => Diagnostic::warning(code, tally.first_withheld, message),
     };
     (tally.withheld > 0).then_some(diagnostic)
+}
+
+/// Adds the nearest of `names` to a message about `found`, or all of them if none is near and they are few.
+fn with_choices<'a>(
+    diagnostic: Diagnostic,
+    found: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Diagnostic {
+    /// More names than this are not listed.
+    const LISTED: usize = 24;
+    if let Some(nearest) = suggest::nearest(found, names.clone()) {
+        return diagnostic.with_help(format!("did you mean `{nearest}`?"));
+    }
+    let listed: Vec<String> = names.take(LISTED + 1).map(|name| format!("`{name}`")).collect();
+    if listed.is_empty() || listed.len() > LISTED {
+        return diagnostic;
+    }
+    diagnostic.with_help(format!("known: {}", listed.join(", ")))
 }
 
 /// A piece of input as messages quote it: in backticks, on one line, cut short.

@@ -106,14 +106,10 @@ impl Interpreter<'_> {
                 true
             }
             Some(scope) if kind == ScopeKind::Attributes => {
-                let note = format!(
-                    "the innermost block is `{}` in {}",
-                    scope.kind.begin(),
-                    self.report().place(scope.opened)
-                );
-                let message = format!("`{name}` without `{begin}`");
-                self.report()
-                    .push(Diagnostic::error("unmatched-end", statement.span, message).with_note(note));
+                let diagnostic =
+                    Diagnostic::error("unmatched-end", statement.span, format!("`{name}` without `{begin}`"));
+                let note = format!("the innermost block is `{}` in", scope.kind.begin());
+                self.report().push_with_place(diagnostic, &note, scope.opened);
                 false
             }
             _ => {

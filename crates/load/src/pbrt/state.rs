@@ -8,6 +8,13 @@ use sahl_scene::{AreaLight, Handle, Material};
 
 use super::parameter::Parameter;
 
+/// Parameters that `Attribute` may set for a category.
+const PARAMETER_LIMIT: usize = 64;
+/// Values that such a parameter may have: a spectrum, but no mesh.
+const VALUE_LIMIT: usize = 2048;
+/// The same for shapes, of which there are many.
+const SHAPE_VALUE_LIMIT: usize = 64;
+
 /// The graphics state.
 #[derive(Clone, Debug)]
 pub(super) struct State {
@@ -21,7 +28,7 @@ pub(super) struct State {
     /// The space of RGB values.
     pub(super) color_space: ColorSpace,
     /// What `Attribute` sets, by [`Category`].
-    pub(super) defaults: [Rc<Vec<Parameter>>; 5],
+    pub(super) defaults: [Rc<Vec<Rc<Parameter>>>; 5],
 }
 
 /// The material of shapes to come.
@@ -92,14 +99,29 @@ impl State {
     }
 
     /// The parameters that `Attribute` set for a category.
-    pub(super) fn defaults(&self, category: Category) -> Rc<Vec<Parameter>> {
+    pub(super) fn defaults(&self, category: Category) -> Rc<Vec<Rc<Parameter>>> {
         Rc::clone(&self.defaults[category as usize])
     }
 
     /// Adds to the parameters of a category; of two with the same name the later counts.
-    pub(super) fn add_defaults(&mut self, category: Category, parameters: Vec<Parameter>) {
+    ///
+    /// # Errors
+    /// The first parameter for which there is no room: everything that follows would copy it, so that a few lines
+    /// could ask for any amount of memory.
+    pub(super) fn add_defaults(
+        &mut self,
+        category: Category,
+        parameters: Vec<Parameter>,
+    ) -> Result<(), Parameter> {
         let list = Rc::make_mut(&mut self.defaults[category as usize]);
-        list.retain(|old| parameters.iter().all(|new| new.name != old.name));
-        list.extend(parameters);
+        let most_values = if matches!(category, Category::Shape) { SHAPE_VALUE_LIMIT } else { VALUE_LIMIT };
+        for parameter in parameters {
+            list.retain(|old| old.name != parameter.name);
+            if list.len() == PARAMETER_LIMIT || parameter.values.len() > most_values {
+                return Err(parameter);
+            }
+            list.push(Rc::new(parameter));
+        }
+        Ok(())
     }
 }

@@ -20,7 +20,7 @@ fn every_invalid_scene_gives_its_messages() {
     settings.set_snapshot_path("../snapshots");
     settings.bind(|| {
         for path in scenes {
-            let loaded = load(&path, &assets);
+            let loaded = load(&path, assets);
             assert!(has_error_with_a_place(&loaded.diagnostics), "{}", path.display());
             let name = path.file_name().unwrap().to_string_lossy().replace(".pbrt", "");
             let text = loaded.diagnostics.render_text(&loaded.sources, false);

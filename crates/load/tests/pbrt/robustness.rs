@@ -13,7 +13,10 @@ const MOST_MESSAGES: usize = 2500;
 /// The valid scenes, as seeds of damage.
 fn seeds() -> Vec<Vec<u8>> {
     let scenes = support::scenes(support::VALID);
-    scenes.iter().map(|path| std::fs::read(support::root().join(path)).unwrap()).collect()
+    scenes
+        .iter()
+        .map(|path| std::fs::read(support::root().join(path)).expect("listed files can be read"))
+        .collect()
 }
 
 /// Reads `text` as if it stood among the test scenes, and checks what must hold of any input.
@@ -126,7 +129,7 @@ proptest! {
         for damage in &damages {
             apply(&mut text, damage);
         }
-        read(&text, &assets);
+        read(&text, assets);
     }
 
     #[test]
@@ -206,7 +209,7 @@ fn every_truncation_is_survived() {
     let assets = support::assets();
     for text in seeds() {
         for end in 0..text.len() {
-            read(&text[..end], &assets);
+            read(&text[..end], assets);
         }
     }
 }
@@ -229,4 +232,45 @@ fn unclosed_blocks_are_kept_in_bounds() {
     let text = ["WorldBegin\n", &"AttributeBegin ".repeat(1_000_000)].concat();
     let loaded = load_pbrt("deep.pbrt", text.into_bytes(), &MemoryAssets::default());
     assert!(loaded.diagnostics.has_errors());
+}
+
+/// What `Attribute` holds is copied by all that follows: a mesh in it would let a short text ask for any memory.
+#[test]
+fn attributes_hold_no_meshes() {
+    let mesh = "0 0 0 ".repeat(1000);
+    let text = format!("WorldBegin Attribute \"shape\" \"point3 P\" [ {mesh} ]");
+    let text = [text, "\nShape \"bilinearmesh\"".repeat(1000)].concat();
+    let loaded = load_pbrt("attribute.pbrt", text.into_bytes(), &MemoryAssets::default());
+    assert_eq!(loaded.diagnostics.iter().next().map(|entry| entry.code), Some("too-many-parameters"));
+    assert!(loaded.scene.shapes.is_empty());
+    let many: String = (0..1000).map(|i| format!("Attribute \"shape\" \"float x{i}\" 1\n")).collect();
+    let loaded = load_pbrt("attribute.pbrt", many.into_bytes(), &MemoryAssets::default());
+    assert!(loaded.diagnostics.has_errors());
+}
+
+/// Each of these is quadratic for a reader that looks back at the text, at all names or along the chain every time.
+#[test]
+fn a_hundred_thousand_of_anything_takes_no_quadratic_time() {
+    let count = 100_000;
+    let repeat =
+        |line: &dyn Fn(usize) -> String| ["WorldBegin\n".to_owned(), (0..count).map(line).collect()].concat();
+    let texts = [
+        repeat(&|_| "Shape \"sphere\" \"float radius\" 1 \"float radius\" 2\n".to_owned()),
+        repeat(&|i| {
+            format!(
+                "Texture \"t{i}\" \"float\" \"constant\" Material \"diffuse\" \"texture reflectance\" \"u{i}\"\n"
+            )
+        }),
+        repeat(&|i| {
+            let next = i + 1;
+            format!(
+                "MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" \"string materials\" [ \"m{next}\" \"m{next}\" ]\n"
+            )
+        }),
+        repeat(&|i| format!("ObjectInstance \"o{i}\"\nNamedMaterial \"n{i}\"\n")),
+    ];
+    for text in texts {
+        let loaded = load_pbrt("many.pbrt", text.into_bytes(), &MemoryAssets::default());
+        assert!(!loaded.diagnostics.is_empty());
+    }
 }

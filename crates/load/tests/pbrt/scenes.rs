@@ -13,7 +13,7 @@ use sahl_scene::{
 use crate::support;
 
 fn loaded(name: &str) -> Loaded {
-    let loaded = load(name.as_ref(), &support::assets());
+    let loaded = load(name.as_ref(), support::assets());
     let text = loaded.diagnostics.render_text(&loaded.sources, false);
     assert!(loaded.diagnostics.is_empty(), "{name}:\n{text}");
     loaded

@@ -1,6 +1,7 @@
 //! The scenes of the repository, in memory, so that paths in messages are the same everywhere.
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use sahl_load::MemoryAssets;
 
@@ -14,12 +15,12 @@ pub(crate) fn files_below(directory: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![root().join(directory)];
     while let Some(directory) = open.pop() {
-        for entry in std::fs::read_dir(&directory).unwrap() {
-            let path = entry.unwrap().path();
+        for entry in std::fs::read_dir(&directory).expect("the directory is part of the repository") {
+            let path = entry.expect("directories can be listed").path();
             if path.is_dir() {
                 open.push(path);
             } else {
-                found.push(path.strip_prefix(root()).unwrap().to_path_buf());
+                found.push(path.strip_prefix(root()).expect("found below the root").to_path_buf());
             }
         }
     }
@@ -28,12 +29,18 @@ pub(crate) fn files_below(directory: &str) -> Vec<PathBuf> {
 }
 
 /// The test scenes with everything they name.
-pub(crate) fn assets() -> MemoryAssets {
-    let mut assets = MemoryAssets::default();
-    for path in files_below("") {
-        assets.insert(&path, std::fs::read(root().join(&path)).unwrap());
-    }
-    assets
+pub(crate) fn assets() -> &'static MemoryAssets {
+    static ASSETS: LazyLock<MemoryAssets> = LazyLock::new(|| {
+        let mut assets = MemoryAssets::default();
+        for directory in VALID.iter().chain(&["assets", "invalid"]) {
+            for path in files_below(directory) {
+                let bytes = std::fs::read(root().join(&path)).expect("listed files can be read");
+                assets.insert(&path, bytes);
+            }
+        }
+        assets
+    });
+    &ASSETS
 }
 
 /// The pbrt scenes directly in the directories `directories`.
@@ -51,4 +58,5 @@ pub(crate) fn scenes(directories: &[&str]) -> Vec<PathBuf> {
 }
 
 /// The directories of valid scenes that this crate's tests own.
-pub(crate) const VALID: &[&str] = &["cameras", "film", "lights", "materials", "shapes", "structure", "textures"];
+pub(crate) const VALID: &[&str] =
+    &["cameras", "film", "lights", "materials", "shapes", "structure", "textures"];

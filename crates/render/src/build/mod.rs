@@ -12,7 +12,7 @@ mod lights;
 use std::sync::Arc;
 
 use sahl_accel::Accel;
-use sahl_scene::{Diagnostic, Diagnostics, Projection, SceneDesc};
+use sahl_scene::{Diagnostics, SceneDesc};
 
 use crate::camera::Camera;
 use crate::filter::PixelFilter;
@@ -38,7 +38,6 @@ pub struct BuildOptions {
 /// differently from what the description says.
 pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>, Diagnostics) {
     let mut diagnostics = description.validate();
-    check_camera(description, &mut diagnostics);
     if diagnostics.has_errors() {
         return (None, diagnostics);
     }
@@ -91,28 +90,6 @@ fn materials(description: &SceneDesc, textures: &Textures, diagnostics: &mut Dia
             Material::new(material, textures, description.materials.origin(handle).span, diagnostics)
         })
         .collect()
-}
-
-/// What a camera needs to make rays, beyond finite numbers.
-fn check_camera(description: &SceneDesc, diagnostics: &mut Diagnostics) {
-    let camera = &description.camera;
-    let mut error = |message: String| diagnostics.push(Diagnostic::error("invalid-camera", None, message));
-    if let Projection::Perspective { fov } = camera.projection
-        && !(fov > 0.0 && fov < std::f32::consts::PI)
-    {
-        let degrees = fov.to_degrees();
-        error(format!("the field of view must lie between 0 and 180 degrees, found `{degrees}`"));
-    }
-    if camera.lens_radius > 0.0 && !(camera.focal_distance > 0.0) {
-        let distance = camera.focal_distance;
-        error(format!("a lens needs a positive focal distance, found `{distance}`"));
-    }
-    if let Some([x_min, x_max, y_min, y_max]) = camera.screen_window
-        && !(x_min < x_max && y_min < y_max)
-    {
-        let window = format!("{x_min} {x_max} {y_min} {y_max}");
-        error(format!("the screen window must have its minima before its maxima, found `{window}`"));
-    }
 }
 
 fn image_bytes(description: &SceneDesc) -> u64 {

@@ -14,8 +14,7 @@ mod tile;
 use sahl_image::{ColorSpace, Image, Layer};
 
 use crate::Aov;
-use sensor::Sensor;
-
+pub(crate) use sensor::Sensor;
 pub use tile::DroppedSample;
 pub(crate) use tile::{SampleId, Tile};
 

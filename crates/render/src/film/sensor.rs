@@ -14,7 +14,7 @@ pub(crate) struct Sensor {
 }
 
 impl Sensor {
-    pub(super) fn new(film: &sahl_scene::Film) -> Self {
+    pub(crate) fn new(film: &sahl_scene::Film) -> Self {
         let matrix = ColorSpace::Srgb.conversion_matrix(film.color_space, Adaptation::None);
         Self {
             matrix: (film.color_space != ColorSpace::Srgb).then(|| matrix.map(|row| row.map(|x| x as f32))),
@@ -25,7 +25,7 @@ impl Sensor {
 
     /// The exposed colour in the film's space, scaled down where its largest component exceeds the film's limit.
     #[inline]
-    pub(super) fn color(&self, radiance: Spectrum) -> [f32; 3] {
+    pub(crate) fn color(&self, radiance: Spectrum) -> [f32; 3] {
         let mut rgb = radiance.to_rgb().map(|x| x * self.exposure);
         if let Some(m) = &self.matrix {
             rgb = m.map(|row| row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2]);

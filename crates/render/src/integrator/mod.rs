@@ -49,6 +49,17 @@ pub(crate) struct Pass {
 pub(crate) trait TileRenderer: Debug + Send + Sync {
     /// Adds the samples of `pass` to every pixel of `tile`; returns how many rays it took.
     fn render_tile(&self, scene: &SceneData, aovs: &[Aov], tile: &mut Tile, pass: &Pass) -> u64;
+
+    /// Sample `index` of `pixel`, as the tile gets it.
+    fn sample(&self, scene: &SceneData, pixel: [u32; 2], index: u32) -> CameraSample;
+}
+
+/// What one sample of a pixel comes to.
+pub(crate) struct CameraSample {
+    ray: Ray,
+    pub(crate) radiance: Spectrum,
+    /// Of the pixel's filter.
+    pub(crate) weight: f32,
 }
 
 impl<I: Integrator> TileRenderer for I {
@@ -56,20 +67,35 @@ impl<I: Integrator> TileRenderer for I {
         let mut tracer = Tracer::new(scene);
         for (place, pixel) in tile.pixels() {
             for index in pass.samples.clone() {
-                // The order of dimensions is fixed: filter, lens, integrator.
-                tracer.sampler.start(pixel, index, 0);
-                let filtered = scene.filter.sample(tracer.sampler.pixel_2d());
-                let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
-                let ray = scene.camera.ray(film, tracer.sampler.next_2d());
-                let radiance = self.radiance(&mut tracer, ray);
-                tile.add(place, radiance, filtered.weight, SampleId { pass: pass.number, pixel, index });
+                let sample = camera_sample(self, &mut tracer, pixel, index);
+                let taken = SampleId { pass: pass.number, pixel, index };
+                tile.add(place, sample.radiance, sample.weight, taken);
                 if !aovs.is_empty() {
-                    tile.add_features(place, Features::of(&mut tracer, &ray, aovs).values());
+                    tile.add_features(place, Features::of(&mut tracer, &sample.ray, aovs).values());
                 }
             }
         }
         tracer.rays
     }
+
+    fn sample(&self, scene: &SceneData, pixel: [u32; 2], index: u32) -> CameraSample {
+        camera_sample(self, &mut Tracer::new(scene), pixel, index)
+    }
+}
+
+/// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, integrator.
+#[inline]
+fn camera_sample(
+    integrator: &impl Integrator,
+    tracer: &mut Tracer<'_>,
+    pixel: [u32; 2],
+    index: u32,
+) -> CameraSample {
+    tracer.sampler.start(pixel, index, 0);
+    let filtered = tracer.scene.filter.sample(tracer.sampler.pixel_2d());
+    let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
+    let ray = tracer.scene.camera.ray(film, tracer.sampler.next_2d());
+    CameraSample { ray, radiance: integrator.radiance(tracer, ray), weight: filtered.weight }
 }
 
 /// The integrator that `description` asks for, in a scene with the given lights and radius.

@@ -141,3 +141,6 @@ impl AreaLight {
         Self { emitter, radiance, two_sided }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,9 +5,9 @@ use sahl::math::Vec3;
 
 /// Triangles that share vertices.
 #[derive(Default)]
-pub struct Mesh {
-    pub positions: Vec<Vec3>,
-    pub indices: Vec<[u32; 3]>,
+pub(crate) struct Mesh {
+    pub(crate) positions: Vec<Vec3>,
+    pub(crate) indices: Vec<[u32; 3]>,
 }
 
 impl Mesh {
@@ -40,14 +40,14 @@ impl Mesh {
 }
 
 /// A sphere of radius about one whose surface has hills and pores: 20 × 4^`levels` triangles of about equal size.
-pub fn bumpy_sphere(levels: u32) -> Mesh {
+pub(crate) fn bumpy_sphere(levels: u32) -> Mesh {
     let mut mesh = icosahedron();
     for _ in 0..levels {
         mesh = subdivide(&mesh);
     }
     for p in &mut mesh.positions {
         let height = 0.16 * noise(*p * 2.5) + 0.07 * noise(*p * 6.0) + 0.03 * noise(*p * 15.0);
-        *p = *p * (1.0 + height);
+        *p *= 1.0 + height;
         // Coarser numbers make a smaller file; the step is far below the size of a triangle.
         *p = Vec3::new(quantised(p.x), quantised(p.y), quantised(p.z));
     }
@@ -140,8 +140,8 @@ fn hash(mut x: u32) -> u32 {
     x ^ x >> 16
 }
 
-/// An oval stadium, 240 m long: a pitch of two triangles, stands of long thin steps, pillars and a roof of beams.
-pub fn stadium() -> Mesh {
+/// An oval stadium, 216 m long: a pitch of two triangles, stands of long thin steps, pillars and a roof of beams.
+pub(crate) fn stadium() -> Mesh {
     const SEGMENTS: u32 = 96;
     const ROWS: u32 = 40;
     let mut mesh = Mesh::default();

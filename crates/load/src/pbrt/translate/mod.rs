@@ -33,7 +33,7 @@ pub(super) use texture::texture;
 
 use sahl_scene::Diagnostic;
 
-use super::reader::{Reader, with_choices};
+use super::reader::Reader;
 use super::report::quote;
 
 /// The row of `table` for the plugin that a file calls `name`; a name that is not there is an error at the plugin.
@@ -44,10 +44,10 @@ fn lookup<'t, T>(table: &'t [(&'static str, T)], name: &str, p: &Reader<'_>) -> 
     p.ignore_all();
     let what = p.what().split(" `").next().unwrap_or_default();
     let message = format!("unknown {what} {}", quote(name.as_bytes()));
-    p.report().push(with_choices(
+    p.report().push_with_choices(
         Diagnostic::error("unknown-plugin", p.span(), message),
         name,
         table.iter().map(|(plugin, _)| *plugin),
-    ));
+    );
     None
 }

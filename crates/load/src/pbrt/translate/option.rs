@@ -2,7 +2,6 @@
 
 use sahl_scene::Diagnostic;
 
-use super::super::reader::with_choices;
 use super::super::report::{Report, quote};
 use super::super::statement::Name;
 
@@ -49,7 +48,7 @@ pub(in super::super) fn option(options: &mut Options, name: &Name, value: &Name,
     let Some((_, meaning)) = OPTIONS.iter().find(|(option, _)| *option == key) else {
         let message = format!("unknown option {}", quote(name.text.as_bytes()));
         let diagnostic = Diagnostic::error("unknown-option", name.span, message);
-        report.push(with_choices(diagnostic, &key, OPTIONS.iter().map(|(option, _)| *option)));
+        report.push_with_choices(diagnostic, &key, OPTIONS.iter().map(|(option, _)| *option));
         return;
     };
     let unsupported = |instead: &str| {

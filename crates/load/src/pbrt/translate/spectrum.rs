@@ -4,9 +4,12 @@ use sahl_scene::{Diagnostic, FloatParam, Span, Spectrum, SpectrumParam, suggest}
 
 use super::super::context::Context;
 use super::super::parameter::{Kind, Parameter, Values};
-use super::super::reader::{Reader, with_choices};
+use super::super::reader::Reader;
 use super::super::report::quote;
 use super::super::statement::Name;
+
+/// Samples that a spectrum may have; each material and emitting shape keeps its own.
+const SAMPLE_LIMIT: usize = 2048;
 
 /// What an RGB triple means, and so what it may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,11 +125,12 @@ fn texture<T: Copy>(
     let diagnostic = Diagnostic::error("unknown-texture", name.span, message);
     let other_kind =
         cx.float_textures.contains_key(&name.text) || cx.spectrum_textures.contains_key(&name.text);
-    cx.report.push(if other_kind {
-        diagnostic.with_note(format!("a texture of the other kind has this name; `{kind}` is expected here"))
+    if other_kind {
+        let note = format!("a texture of the other kind has this name; `{kind}` is expected here");
+        cx.report.push(diagnostic.with_note(note));
     } else {
-        with_choices(diagnostic, &name.text, textures.keys().map(String::as_str))
-    });
+        cx.report.push_with_choices(diagnostic, &name.text, textures.keys().map(String::as_str));
+    }
     None
 }
 
@@ -181,12 +185,14 @@ fn named(cx: &Context<'_>, name: &Name) -> Option<Spectrum> {
                 "{} is neither a named spectrum nor a readable file: {error}",
                 quote(name.text.as_bytes())
             );
-            let mut diagnostic = Diagnostic::error("unknown-spectrum", name.span, message);
-            let names: Vec<String> = builtin_names().collect();
-            if let Some(nearest) = suggest::nearest(&name.text, names.iter().map(String::as_str)) {
-                diagnostic = diagnostic.with_help(format!("did you mean `{nearest}`?"));
-            }
-            cx.report.push(diagnostic);
+            let diagnostic = Diagnostic::error("unknown-spectrum", name.span, message);
+            cx.report.push_with(diagnostic, |diagnostic| {
+                let names: Vec<String> = builtin_names().collect();
+                match suggest::nearest(&name.text, names.iter().map(String::as_str)) {
+                    Some(nearest) => diagnostic.with_help(format!("did you mean `{nearest}`?")),
+                    None => diagnostic,
+                }
+            });
             None
         }
     }
@@ -224,6 +230,12 @@ fn sampled(cx: &Context<'_>, values: &[f32], place: impl Fn(usize) -> Span) -> O
         let message =
             format!("a spectrum needs pairs of wavelength and value, found {} numbers", values.len());
         cx.report.error("wrong-count", place(values.len().saturating_sub(1)), message);
+        return None;
+    }
+    if pairs.len() > SAMPLE_LIMIT {
+        let message =
+            format!("a spectrum of {} samples is refused: {SAMPLE_LIMIT} is the limit", pairs.len());
+        cx.report.error("wrong-count", place(2 * SAMPLE_LIMIT), message);
         return None;
     }
     if let Some(index) = pairs.windows(2).position(|pair| pair[1][0] <= pair[0][0]) {

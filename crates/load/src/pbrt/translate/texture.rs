@@ -66,11 +66,9 @@ pub(in super::super) fn texture(cx: &mut Context<'_>, statement: &Statement, p: 
     };
     if let Some(former) = names.get(&name.text) {
         let message = format!("texture {} is defined twice", quote(name.text.as_bytes()));
-        let mut diagnostic = Diagnostic::error("redefinition", name.span, message);
-        if let Some(span) = cx.scene.textures.origin(*former).span {
-            diagnostic = diagnostic.with_note(format!("the first is in {}", cx.report.place(span)));
-        }
-        cx.report.push(diagnostic);
+        let diagnostic = Diagnostic::error("redefinition", name.span, message);
+        let first = cx.scene.textures.origin(*former).span.unwrap_or(name.span);
+        cx.report.push_with_place(diagnostic, "the first is in", first);
         return;
     }
     let origin = Origin::named(name.text.clone(), statement.span);

@@ -1,0 +1,208 @@
+//! Directives that name a plugin: each hands its parameters to [`super::translate`].
+
+use std::rc::Rc;
+
+use sahl_scene::{Diagnostic, Shape, Span, Spectrum};
+
+use super::interpreter::Interpreter;
+use super::parameter::Parameter;
+use super::reader::Reader;
+use super::report::{Report, quote};
+use super::state::{Category, CurrentMaterial};
+use super::statement::{Directive, Name, Statement};
+use super::translate::{self, FilmSettings};
+
+impl Interpreter<'_> {
+    /// Camera, film and the like: the last of a kind counts.
+    pub(super) fn option_plugin(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        let directive = statement.rule.name;
+        if let Some(first) = self.seen.insert(directive, statement.span) {
+            let message = format!("`{directive}` stands twice: the last is used");
+            let diagnostic = Diagnostic::warning("repeated-directive", statement.span, message);
+            self.report().push_with_place(diagnostic, "the one before is in", first);
+        }
+        let report = Rc::clone(&self.cx.report);
+        let kind =
+            if directive == "PixelFilter" { "pixel filter".to_owned() } else { directive.to_lowercase() };
+        let p = reader(&kind, name, statement, &[], &report);
+        let scene = &mut self.cx.scene;
+        match statement.rule.directive {
+            Directive::Camera => self.camera(&name.text, &p),
+            Directive::Film => {
+                if let Some(FilmSettings { film, iso }) =
+                    translate::film(&name.text, &p, self.state.color_space)
+                {
+                    scene.film = film;
+                    self.iso = iso;
+                }
+            }
+            Directive::Sampler => {
+                if let Some(sampler) = translate::sampler(&name.text, &p) {
+                    scene.sampler = sampler;
+                    self.sampler_has_seed = p.has("seed");
+                }
+            }
+            Directive::PixelFilter => {
+                scene.filter = translate::filter(&name.text, &p).unwrap_or(scene.filter);
+            }
+            Directive::Integrator => {
+                scene.integrator = translate::integrator(&name.text, &p).unwrap_or(scene.integrator);
+            }
+            _ => translate::accelerator(&name.text, &p),
+        }
+        p.finish();
+    }
+
+    fn camera(&mut self, name: &str, p: &Reader<'_>) {
+        self.warn_of_motion(p.span(), "the camera");
+        if let Some(camera) = translate::camera(name, p, &self.state.transform()) {
+            self.cx.scene.camera = camera;
+        }
+        let to_world = self.state.transforms.map(|transform| transform.inverse());
+        self.coordinate_systems.insert("camera".to_owned(), to_world);
+    }
+
+    /// Warns if the transform in force changes with time.
+    pub(super) fn warn_of_motion(&self, span: Span, what: &str) {
+        if self.state.moves() {
+            let message = format!("motion is not supported: {what} stays where it is at the start");
+            self.report().warning("unsupported-motion", span, message);
+        }
+    }
+
+    pub(super) fn medium(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        if self.media.insert(name.text.clone(), name.span).is_some() {
+            let message = format!("medium {} is defined twice", quote(name.text.as_bytes()));
+            self.report().error("redefinition", name.span, message);
+        }
+        let report = Rc::clone(&self.cx.report);
+        if let Some(kind) = self.plugin_type(statement) {
+            let defaults = self.state.defaults(Category::Medium);
+            let p = reader("medium", &kind, statement, &defaults, &report);
+            p.without_effect(&["type"]);
+            translate::medium(&kind.text, &p);
+            p.finish();
+        }
+    }
+
+    pub(super) fn medium_interface(&mut self, statement: Statement) {
+        let named: Vec<Name> = statement.names.into_iter().filter(|name| !name.text.is_empty()).collect();
+        if !named.is_empty() {
+            let message = "participating media are not supported: both sides are empty space";
+            self.report().warning("unsupported-medium", statement.span, message);
+        }
+        self.medium_uses.extend(named);
+    }
+
+    /// The plugin that `"string type"` names, for directives that define something by name.
+    pub(super) fn plugin_type(&self, statement: &Statement) -> Option<Name> {
+        let what = format!("`{}`", statement.rule.name);
+        let p = Reader::new(what, statement.span, &statement.parameters, &[], self.report());
+        let name = p.string("type");
+        if name.is_none() && !p.has("type") {
+            let message = format!("{} needs a `string type`", p.what());
+            self.report().error("missing-parameter", statement.span, message);
+        }
+        name.cloned()
+    }
+
+    pub(super) fn texture(&mut self, statement: &Statement) {
+        let [.., plugin] = &statement.names[..] else { return };
+        let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Texture));
+        let p = reader("texture", plugin, statement, &defaults, &report);
+        translate::texture(&mut self.cx, statement, &p);
+        p.finish();
+    }
+
+    /// White of the colour space in force.
+    fn white(&self) -> Spectrum {
+        Spectrum::Rgb { rgb: [1.0; 3], space: self.state.color_space }
+    }
+
+    pub(super) fn light(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        self.warn_of_motion(statement.span, "the light");
+        let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Light));
+        let p = reader("light", name, statement, &defaults, &report);
+        let frame = translate::LightFrame { to_world: self.state.transform(), white: self.white() };
+        translate::light(&mut self.cx, &name.text, &p, &frame);
+        p.finish();
+    }
+
+    pub(super) fn area_light(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Light));
+        let p = reader("area light", name, statement, &defaults, &report);
+        let white = self.white();
+        self.state.area_light = translate::area_light(&mut self.cx, &name.text, &p, white).map(Rc::new);
+        p.finish();
+    }
+
+    pub(super) fn shape(&mut self, statement: &Statement) {
+        let [name] = &statement.names[..] else { return };
+        let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Shape));
+        let p = reader("shape", name, statement, &defaults, &report);
+        let geometries = translate::shape(&mut self.cx, &name.text, &p);
+        p.finish();
+        self.warn_of_motion(statement.span, "the shape");
+        let material = match self.state.material {
+            CurrentMaterial::Given(material) => material,
+            CurrentMaterial::Default => self.materials.default_material(&mut self.cx.scene),
+            CurrentMaterial::Interface => {
+                if self.state.area_light.is_some() {
+                    let message = "the light of a shape without a surface is left out, as in pbrt-v4";
+                    self.report().warning("dropped-light", statement.span, message);
+                }
+                return;
+            }
+        };
+        let area_light = self.area_light_of_shape(statement.span);
+        for geometry in geometries {
+            let shape = Shape {
+                geometry,
+                shape_to_world: self.state.transform(),
+                reverse_orientation: self.state.reverse_orientation,
+                material,
+                area_light: area_light.as_deref().cloned(),
+            };
+            self.add_shape(shape, statement.span);
+        }
+    }
+
+    pub(super) fn check_media(&self) {
+        for name in self.medium_uses.iter().filter(|name| !self.media.contains_key(&name.text)) {
+            let message = format!("there is no medium called {}", quote(name.text.as_bytes()));
+            let diagnostic = Diagnostic::error("unknown-medium", name.span, message);
+            self.report().push_with_choices(diagnostic, &name.text, self.media.keys().map(String::as_str));
+        }
+    }
+
+    /// The exposure is the shutter's time at a sensitivity of 100.
+    pub(super) fn expose_film(&mut self) {
+        let [open, close] = self.cx.scene.camera.shutter;
+        let exposure = (close - open) * self.iso / 100.0;
+        if exposure > 0.0 && exposure.is_finite() {
+            self.cx.scene.film.exposure = exposure;
+            return;
+        }
+        let span = self.seen.get("Camera").copied();
+        let message = format!("an exposure of {exposure} shows nothing: an exposure of 1 is used");
+        self.report().push(Diagnostic::warning("exposure-range", span, message));
+    }
+}
+
+/// A reader of the parameters of `statement`, whose plugin is called `name`.
+pub(super) fn reader<'p>(
+    kind: &str,
+    name: &Name,
+    statement: &'p Statement,
+    defaults: &'p [Rc<Parameter>],
+    report: &'p Report,
+) -> Reader<'p> {
+    let what = format!("{kind} {}", quote(name.text.as_bytes()));
+    // The name of the plugin may follow among the parameters.
+    let span = if statement.names.contains(name) { statement.span } else { name.span };
+    Reader::new(what, span, &statement.parameters, defaults, report)
+}
