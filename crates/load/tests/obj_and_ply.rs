@@ -12,7 +12,8 @@ const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\npr
      element face 2\nproperty list uchar int vertex_indices\nend_header\n\
      0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n3 0 1 2\n";
 
-const OBJ: &str = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl wall\nf 1/1 2/2 3/3\n";
+const OBJ: &str =
+    "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl wall\nf 1/1 2/2 3/3\n";
 
 const MTL: &str = "newmtl wall\nKd 1 1 1\nmap_Kd textures/wall.pfm\n";
 

@@ -1,4 +1,5 @@
-//! Lab 3: the noise of a path tracer falls with the square root of the number of samples.
+//! Lab 3: the noise of a path tracer falls with the square root of the number of samples, or faster where samples are
+//! well spread.
 //!
 //! Renders a small Cornell box with 4, 16, 64 and 256 samples a pixel and two seeds each. Two images with different
 //! seeds differ by noise alone, so half their mean squared difference is the variance of one of them.

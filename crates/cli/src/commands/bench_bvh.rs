@@ -206,18 +206,24 @@ fn text(source: &Source, trees: &[Tree], paths: &[String], brightest: f32) -> St
         row(&format!("{kind}: trace s"), &|tree| format!("{:.4}", batch(tree).time.as_secs_f64()));
         row(&format!("{kind}: rays/s"), &|tree| format::count(batch(tree).rays_per_second()));
     }
-    text.push('\n');
+    text.push_str(&ratios(trees));
+    let _ = writeln!(text, "\nheat maps, up to {brightest} steps: {}", paths.join(", "));
+    text
+}
+
+/// How much more the first tree takes than the second.
+fn ratios(trees: &[Tree]) -> String {
+    let mut text = "\n".to_owned();
     if let [median, sah] = trees {
         for (kind, batch) in [("camera", camera as fn(&Tree) -> &Batch), ("bounce", bounce)] {
             let steps = batch(median).steps_per_ray() / batch(sah).steps_per_ray().max(1e-9);
             let time = batch(median).time.as_secs_f64() / batch(sah).time.as_secs_f64().max(1e-9);
             let _ = writeln!(
                 text,
-                "\n{kind} rays: SAH takes 1/{steps:.2} of the steps and 1/{time:.2} of the time"
+                "{kind} rays: median takes {steps:.2} times the steps and {time:.2} times the time of SAH"
             );
         }
     }
-    let _ = writeln!(text, "\nheat maps, up to {brightest} steps: {}", paths.join(", "));
     text
 }
 

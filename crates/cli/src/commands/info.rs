@@ -203,7 +203,7 @@ fn text(source: &Source, stats: &SceneStats) -> String {
             ),
         ),
         ("memory", format!("{} of vertices and images", format::bytes(stats.data_bytes))),
-        ("files", source.loaded.sources.files().len().to_string()),
+        ("scene files", source.loaded.sources.files().len().to_string()),
         ("warnings", source.warnings.to_string()),
     ];
     for picture in pictures(scene) {
@@ -256,7 +256,7 @@ fn json(source: &Source, stats: &SceneStats) -> Value {
             "dropped": tree.dropped,
         },
         "data_bytes": stats.data_bytes,
-        "files": source.loaded.sources.files().iter().map(|file| file.name.clone()).collect::<Vec<_>>(),
+        "scene_files": source.loaded.sources.files().iter().map(|file| file.name.clone()).collect::<Vec<_>>(),
         "warnings": source.warnings,
     })
 }

@@ -31,4 +31,9 @@ fn trees_are_compared_and_drawn() {
         assert_eq!((image.width, image.height), (20, 10));
     }
     assert_eq!(value["trees"][0]["bounce"]["rays"], value["trees"][1]["bounce"]["rays"]);
+
+    let output = sahl(&folder, &["bench", "bvh", "--resolution", "20x10", "-o", "map"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("camera rays: median takes"), "{}", stdout(&output));
+    assert!(folder.join("map-median.png").exists() && folder.join("map-sah.png").exists());
 }

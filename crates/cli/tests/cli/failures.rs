@@ -1,10 +1,13 @@
 use std::fs;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::{code, command, folder, render, sahl, stderr};
 
-/// Runs, and checks the exit code and that the message holds `text`.
+/// Runs in a folder of its own, and checks the exit code and that the message holds `text`.
 fn fails(arguments: &[&str], expected: i32, text: &str) {
-    let output = sahl(&folder("failures"), arguments);
+    static RUNS: AtomicUsize = AtomicUsize::new(0);
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    let output = sahl(&folder(&format!("failures-{run}")), arguments);
     let message = stderr(&output);
     assert_eq!(code(&output), expected, "{arguments:?}: {message}");
     assert!(message.contains(text), "{arguments:?}: expected `{text}` in: {message}");

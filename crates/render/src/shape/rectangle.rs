@@ -163,4 +163,24 @@ mod tests {
             assert!((p.z - 0.3).abs() < 1e-6 && (-2.0..=1.0).contains(&p.y) && p.x > 0.499 && p.x < 1.201, "{p:?}");
         }
     }
+
+    #[test]
+    fn every_part_gets_its_share_of_the_samples() {
+        let (corner, edges) = (Vec3::new(-1.0, -0.7, 1.0), [Vec3::X * 2.0, Vec3::Y * 1.4]);
+        for from in [Vec3::ZERO, Vec3::new(0.3, 0.5, 0.2), Vec3::new(1.5, 0.9, 0.4), Vec3::new(0.5, 0.2, 1.7)] {
+            let whole = rectangle(corner, edges);
+            let seen = SphericalRectangle::new(&whole, from);
+            for [x, y] in [[0.5, 0.5], [0.2, 0.9], [1.0, 0.3], [0.1, 1.0]] {
+                let part = rectangle(corner, [edges[0] * x, edges[1] * y]);
+                let expected = SphericalRectangle::new(&part, from).solid_angle() / seen.solid_angle();
+                let is_inside = |i: usize| {
+                    let u = Vec2::new((i % 200) as f32 + 0.5, (i / 200) as f32 + 0.5) / 200.0;
+                    let (_, at) = seen.sample(u);
+                    at.x < x && at.y < y
+                };
+                let found = (0..40_000).filter(|&i| is_inside(i)).count() as f32 / 40_000.0;
+                assert!((found - expected).abs() < 0.01, "{from:?} {x} {y}: {found} and {expected}");
+            }
+        }
+    }
 }
