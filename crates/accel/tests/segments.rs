@@ -26,7 +26,8 @@ fn blocked_by_an_end(accel: &Accel, body: &Body, count: u32) -> u32 {
         }
         let segment = Ray::spawn_to((from.p, from.p_error, from.n), (to.p, to.p_error, to.n));
         let hit = accel.intersect(&segment);
-        blocked += u32::from(hit.is_some_and(|hit| [first.primitive, last.primitive].contains(&hit.primitive)));
+        blocked +=
+            u32::from(hit.is_some_and(|hit| [first.primitive, last.primitive].contains(&hit.primitive)));
     }
     blocked
 }

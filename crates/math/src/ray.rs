@@ -61,23 +61,16 @@ impl Ray {
 
 /// A point near `p`, outside the box `p ± p_error`, on the side of the surface to which `direction` points.
 ///
-/// The offset goes along the geometric normal `n` (either side) until the plane through the far corner of the box, and
-/// each coordinate is then rounded away from `p`. With error and normal zero the result is `p`.
+/// The offset goes along the geometric normal `n` (either side) beyond the plane through the far corner of the box, by
+/// as much as rounding the result can take back. With error and normal zero the result is `p`.
 ///
-/// Source: Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., 2023, section 6.8.6.
-#[inline]
+/// Source: Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., 2023, section 6.8.6. Deviation: there each
+/// coordinate of the result is rounded away from `p`; here the box is enlarged by that rounding beforehand, which needs
+/// no branches.
+#[inline(always)]
 pub fn offset_ray_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
-    let distance = n.abs().dot(p_error);
-    let offset = if direction.dot(n) < 0.0 { n * -distance } else { n * distance };
-    (p + offset).zip(offset, |coordinate, moved| {
-        if moved > 0.0 {
-            coordinate.next_up()
-        } else if moved < 0.0 {
-            coordinate.next_down()
-        } else {
-            coordinate
-        }
-    })
+    let distance = n.abs().dot(p_error + p.abs() * gamma(4));
+    p + n * distance.copysign(direction.dot(n))
 }
 
 #[cfg(test)]

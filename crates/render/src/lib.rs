@@ -1,6 +1,6 @@
 //! The renderer: builds a scene description into a [`Scene`], and computes its image.
 //!
-//! Design decision: three steps that share nothing but values. [`build`] turns a description into an immutable [`Scene`];
+//! Design decision: three steps that share nothing but values. [`build()`] turns a description into an immutable [`Scene`];
 //! [`render`] adds samples to a [`Film`], on all cores, as a pure function of the scene; the film develops into an
 //! image. A sample depends on (scene, seed, pixel, sample number) and on nothing else.
 //!

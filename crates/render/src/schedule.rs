@@ -189,7 +189,8 @@ impl Workers {
         if threads == 1 {
             return Self::Caller;
         }
-        let pool = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render {i}")).build();
+        let pool =
+            ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("render {i}")).build();
         pool.map_or(Self::Caller, Self::Pool)
     }
 }

@@ -7,7 +7,7 @@ mod list;
 mod search;
 mod wide;
 
-use sahl_math::Ray;
+use sahl_math::{Ray, Vec3};
 
 use crate::geometry::triangle::Shear;
 use crate::kernel::NodeRay;
@@ -61,10 +61,11 @@ pub(crate) struct PreparedRay {
 
 impl PreparedRay {
     /// `None` for a ray that hits nothing: one without direction, or not finite, or with an empty interval.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        let d = ray.direction;
-        let usable = ray.origin.is_finite() && d.is_finite() && (d.x != 0.0 || d.y != 0.0 || d.z != 0.0);
+        // Zero times what is infinite or NaN is NaN: one comparison for all coordinates.
+        let finite = (ray.origin * 0.0 + ray.direction * 0.0).dot(Vec3::ONE) == 0.0;
+        let usable = finite && ray.direction.abs().max_component() > 0.0;
         // Negative parameters lie behind the origin and never count. NaN becomes zero here, and fails below.
         let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
         (usable && ray.t_min < ray.t_max).then(|| Self {

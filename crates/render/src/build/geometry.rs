@@ -76,7 +76,8 @@ impl<'a> GeometryBuilder<'a> {
                 attributes.normals = self.normals(mesh.normals.as_ref(), shape);
                 attributes.uvs = mesh.uvs.clone();
                 self.counts.triangles += mesh.indices.len() as u64;
-                let (indices, positions) = (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
+                let (indices, positions) =
+                    (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
                 self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], &attributes);
                 sahl_accel::Geometry::Triangles(TriangleMesh { indices, positions })
             }
@@ -86,7 +87,8 @@ impl<'a> GeometryBuilder<'a> {
                 attributes.normals = self.normals(mesh.normals.as_ref(), shape);
                 attributes.uvs = mesh.uvs.clone();
                 self.counts.patches += mesh.indices.len() as u64;
-                let (indices, positions) = (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
+                let (indices, positions) =
+                    (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
                 self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], &attributes);
                 sahl_accel::Geometry::Patches(PatchMesh { indices, positions })
             }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use sahl_image::Image;
 use sahl_math::Transform;
-use sahl_scene::{Diagnostic, Diagnostics, Handle, Light as Description, Radiance, SceneDesc, Span, Spectrum};
+use sahl_scene::{
+    Diagnostic, Diagnostics, Handle, Light as Description, Radiance, SceneDesc, Span, Spectrum,
+};
 
 use crate::light::{
     AreaLight, DistantLight, Emission, ImageEnvironment, Light, PointLight, SphereMap, SpotLight, is_rigid,
@@ -89,7 +91,8 @@ impl<'a> LightBuilder<'a> {
     }
 
     fn spot(&mut self, light: &Description, span: Option<Span>) -> Option<Light> {
-        let Description::Spot { intensity, scale, power, position, direction, angle, penumbra } = light else {
+        let Description::Spot { intensity, scale, power, position, direction, angle, penumbra } = light
+        else {
             return None;
         };
         let mut spot = SpotLight {
@@ -143,14 +146,17 @@ impl<'a> LightBuilder<'a> {
                 Diagnostic::error(
                     "environment-not-square",
                     span,
-                    format!("an equal-area environment must be a square image, found {width} x {height} pixels"),
+                    format!(
+                        "an equal-area environment must be a square image, found {width} x {height} pixels"
+                    ),
                 )
                 .with_help("convert a latitude-longitude image with `imgtool makeequiarea`"),
             );
             return None;
         }
         if !is_rigid(light_to_world) {
-            let message = "the transform of an environment is not a rotation: shear and uneven scaling are ignored";
+            let message =
+                "the transform of an environment is not a rotation: shear and uneven scaling are ignored";
             self.diagnostics.push(Diagnostic::warning("environment-deformed", span, message));
         }
         ImageEnvironment::new(image, map, light_to_world)

@@ -32,11 +32,11 @@ impl Pixel {
         self.weight += f64::from(weight);
         self.weight_squares += square;
         let share = if self.weight_squares > 0.0 { square / self.weight_squares } else { 0.0 };
-        for channel in 0..3 {
-            self.weighted[channel] += f64::from(color[channel]) * f64::from(weight);
-            let before = color[channel] - self.mean[channel];
+        for (channel, value) in color.into_iter().enumerate() {
+            self.weighted[channel] += f64::from(value) * f64::from(weight);
+            let before = value - self.mean[channel];
             self.mean[channel] += share * before;
-            self.deviation[channel] += square * before * (color[channel] - self.mean[channel]);
+            self.deviation[channel] += square * before * (value - self.mean[channel]);
         }
     }
 

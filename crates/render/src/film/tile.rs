@@ -53,9 +53,7 @@ impl Tile {
     /// The pixels' places in the tile and in the full image, row by row.
     pub(crate) fn pixels(&self) -> impl Iterator<Item = (usize, [u32; 2])> + use<> {
         let (origin, [width, height]) = (self.origin, self.size);
-        (0..height)
-            .flat_map(move |y| (0..width).map(move |x| [origin[0] + x, origin[1] + y]))
-            .enumerate()
+        (0..height).flat_map(move |y| (0..width).map(move |x| [origin[0] + x, origin[1] + y])).enumerate()
     }
 
     /// Number of pixels.

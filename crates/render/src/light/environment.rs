@@ -62,8 +62,13 @@ impl ImageEnvironment {
         let (uv, pdf) = self.distribution.sample(u);
         let pdf = pdf / self.map.solid_angle(uv);
         let wi = self.to_world(self.map.direction(uv));
-        (pdf > 0.0 && pdf.is_finite())
-            .then(|| LightSample { radiance: self.at(uv, wavelengths), wi, pdf, is_delta: false, end: None })
+        (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
+            radiance: self.at(uv, wavelengths),
+            wi,
+            pdf,
+            is_delta: false,
+            end: None,
+        })
     }
 
     #[inline]
@@ -75,7 +80,7 @@ impl ImageEnvironment {
 
     /// Mean radiance over the sphere.
     pub(crate) fn mean(&self, wavelengths: &Wavelengths) -> Spectrum {
-        lanes(self.integrate(|_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
+        lanes(self.integrate(1, |_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
     }
 
     /// Luminous irradiance on a surface that faces up: +z for equal-area images, +y for the others.
@@ -85,25 +90,24 @@ impl ImageEnvironment {
             SphereMap::EqualArea => w.z.max(0.0),
             SphereMap::LatLong => w.y.max(0.0),
         };
-        ColorSpace::Srgb.luminance(self.integrate(cosine))
+        ColorSpace::Srgb.luminance(self.integrate(3, cosine))
     }
 
-    /// ∫ L f dω, a pixel at a time.
-    fn integrate(&self, f: impl Fn(Vec3) -> f32) -> [f32; 3] {
-        let texel_area = 1.0 / self.texels.len() as f64;
+    /// ∫ L f dω, by the midpoints of `cuts` × `cuts` parts of each pixel.
+    fn integrate(&self, cuts: usize, f: impl Fn(Vec3) -> f32) -> [f32; 3] {
+        let (columns, rows) = (self.width * cuts, self.height * cuts);
         let mut sum = [0.0_f64; 3];
-        for (i, texel) in self.texels.iter().enumerate() {
-            let uv = self.center(i % self.width, i / self.width);
-            let weight = f64::from(self.map.solid_angle(uv) * f(self.map.direction(uv))) * texel_area;
-            for (sum, value) in sum.iter_mut().zip(texel) {
-                *sum += weight * f64::from(*value);
+        for y in 0..rows {
+            for x in 0..columns {
+                let uv = Vec2::new((x as f32 + 0.5) / columns as f32, (y as f32 + 0.5) / rows as f32);
+                let weight = f64::from(self.map.solid_angle(uv) * f(self.map.direction(uv)));
+                for (sum, value) in sum.iter_mut().zip(self.texel(uv)) {
+                    *sum += weight * f64::from(value);
+                }
             }
         }
-        sum.map(|x| x as f32 * self.scale)
-    }
-
-    fn center(&self, x: usize, y: usize) -> Vec2 {
-        Vec2::new((x as f32 + 0.5) / self.width as f32, (y as f32 + 0.5) / self.height as f32)
+        let area = 1.0 / (columns * rows) as f64;
+        sum.map(|x| (x * area) as f32 * self.scale)
     }
 
     #[inline]
@@ -118,14 +122,19 @@ impl ImageEnvironment {
 
     #[inline]
     fn at(&self, uv: Vec2, wavelengths: &Wavelengths) -> Spectrum {
+        lanes(self.texel(uv), wavelengths) * self.scale
+    }
+
+    /// The colour at `uv`, before scaling.
+    #[inline]
+    fn texel(&self, uv: Vec2) -> [f32; 3] {
         let (x, y) = (uv.x * self.width as f32, uv.y * self.height as f32);
-        let rgb = match self.map {
+        match self.map {
             SphereMap::EqualArea => {
                 self.texels[(y as usize).min(self.height - 1) * self.width + (x as usize).min(self.width - 1)]
             }
             SphereMap::LatLong => self.bilinear(x - 0.5, y - 0.5),
-        };
-        lanes(rgb, wavelengths) * self.scale
+        }
     }
 
     /// Interpolates between texel centres, which lie at whole numbers: round the image in x, up to its border in y.

@@ -101,7 +101,13 @@ pub(crate) struct DistantLight {
 impl DistantLight {
     #[inline]
     pub(super) fn sample(&self, wavelengths: &Wavelengths) -> LightSample {
-        LightSample { radiance: self.irradiance.at(wavelengths), wi: -self.direction, pdf: 1.0, is_delta: true, end: None }
+        LightSample {
+            radiance: self.irradiance.at(wavelengths),
+            wi: -self.direction,
+            pdf: 1.0,
+            is_delta: true,
+            end: None,
+        }
     }
 }
 

@@ -106,7 +106,10 @@ mod tests {
                     .iter()
                     .chain(&[uv.x + uv.y - 1.5, uv.x - uv.y - 0.5, uv.x - uv.y + 0.5])
                     .all(|distance| distance.abs() > 5e-3);
-                assert!(!smooth || (found / expected - 1.0).abs() < 0.02, "{map:?} {uv:?} {found} {expected}");
+                assert!(
+                    !smooth || (found / expected - 1.0).abs() < 0.02,
+                    "{map:?} {uv:?} {found} {expected}"
+                );
             }
         }
     }

@@ -30,7 +30,7 @@ fn triangle(scene: &mut SceneDesc, normals: Option<[Vec3; 3]>) -> Geometry {
     let mesh = TriangleMesh {
         indices: [[0, 1, 2]].into(),
         positions: [Vec3::new(-1.0, -0.5, 0.0), Vec3::new(1.2, -0.3, 0.2), Vec3::new(0.1, 1.0, -0.4)].into(),
-        normals: normals.map(|normals| normals.into()),
+        normals: normals.map(Into::into),
         uvs: None,
     };
     Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()))

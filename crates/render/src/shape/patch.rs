@@ -6,12 +6,12 @@ use super::rectangle::{Rectangle, SphericalRectangle};
 use super::{EmitterPoint, per_solid_angle};
 use crate::warp;
 
-/// Rectangles that fill less than this are sampled by area: there the difference is gone, and the solid angle, a sum of
-/// four angles in `f32`, has an error of about 4e-7 steradians.
-const MIN_SOLID_ANGLE: f32 = 1e-2;
+/// Rectangles that appear smaller than this are sampled by area: that has as little noise there, and costs less. The
+/// solid angle, a sum of four angles in `f32`, has an error of about 4e-7 steradians.
+const MIN_SOLID_ANGLE: f32 = 0.1;
 
-/// A bilinear patch. Rectangles are sampled by solid angle, others with a density per parameter square that is the
-/// bilinear interpolation of the area elements at the corners.
+/// A bilinear patch. Rectangles are sampled by solid angle, or by area where they appear small; others with a density per
+/// parameter square that is the bilinear interpolation of the area elements at the corners.
 #[derive(Clone, Debug)]
 pub(crate) struct PatchEmitter {
     /// At (u, v) = (0,0), (1,0), (0,1), (1,1).
@@ -21,6 +21,9 @@ pub(crate) struct PatchEmitter {
     /// |∂p/∂u × ∂p/∂v| at the corners.
     weights: [f32; 4],
     area: f32,
+    center: Vec3,
+    /// The largest absolute value of each coordinate.
+    reach: Vec3,
     /// Shading normals, which decide the side.
     normals: Option<[Vec3; 4]>,
 }
@@ -30,7 +33,10 @@ impl PatchEmitter {
     /// the interpolated shading normals if there are any.
     pub(crate) fn new(corners: [Vec3; 4], flip: bool, normals: Option<[Vec3; 4]>) -> Self {
         let rectangle = Rectangle::new(corners);
-        let mut patch = Self { corners, rectangle, flip, weights: [0.0; 4], area: 0.0, normals };
+        let center = corners.iter().fold(Vec3::ZERO, |sum, &corner| sum + corner * 0.25);
+        let reach = corners.iter().fold(Vec3::ZERO, |reach, corner| reach.max(corner.abs()));
+        let mut patch =
+            Self { corners, rectangle, flip, weights: [0.0; 4], area: 0.0, center, reach, normals };
         let element = |u: f32, v: f32| {
             let (_, du, dv) = patch.point(Vec2::new(u, v));
             du.cross(dv).length()
@@ -54,10 +60,9 @@ impl PatchEmitter {
             let p_error = (p.abs() + from.abs() + Vec3::splat((p - from).length())) * gamma(8);
             return (self.emitter_point(p, p_error, uv), 1.0 / seen.solid_angle());
         }
-        let uv = warp::bilinear(u, self.weights);
+        let uv = if self.rectangle.is_some() { u } else { warp::bilinear(u, self.weights) };
         let (p, du, dv) = self.point(uv);
-        let reach = self.corners.iter().fold(Vec3::ZERO, |reach, corner| reach.max(corner.abs()));
-        let point = self.emitter_point(p, reach * gamma(6), uv);
+        let point = self.emitter_point(p, self.reach * gamma(6), uv);
         (point, self.parametric_pdf(uv, du, dv, from, &point))
     }
 
@@ -70,16 +75,25 @@ impl PatchEmitter {
         self.parametric_pdf(point.uv, du, dv, from, point)
     }
 
-    /// The rectangle from `from`, if it is one and large enough there to be sampled by solid angle.
+    /// The rectangle from `from`, if it is one and appears large there.
+    ///
+    /// Its size is judged by its area and its centre, A |cos θ| / d², and squared to spare a root; what matters is that
+    /// sampling and density judge alike.
     #[inline]
     fn seen_as_rectangle(&self, from: Vec3) -> Option<SphericalRectangle<'_>> {
-        let seen = SphericalRectangle::new(self.rectangle.as_ref()?, from);
-        (seen.solid_angle() > MIN_SOLID_ANGLE).then_some(seen)
+        let rectangle = self.rectangle.as_ref()?;
+        let d = self.center - from;
+        let (d2, projected) = (d.length_squared(), self.area * d.dot(rectangle.z));
+        (projected * projected > MIN_SOLID_ANGLE * MIN_SOLID_ANGLE * (d2 * d2 * d2))
+            .then(|| SphericalRectangle::new(rectangle, from))
     }
 
     #[inline]
     fn parametric_pdf(&self, uv: Vec2, du: Vec3, dv: Vec3, from: Vec3, point: &EmitterPoint) -> f32 {
-        let pdf_area = warp::bilinear_pdf(uv, self.weights) / du.cross(dv).length();
+        let pdf_area = match self.rectangle {
+            Some(_) => 1.0 / self.area,
+            None => warp::bilinear_pdf(uv, self.weights) / du.cross(dv).length(),
+        };
         per_solid_angle(pdf_area, from, point.p, point.n)
     }
 

@@ -38,9 +38,8 @@ impl QuadricShape {
     /// The surface area in its own space.
     fn area(&self) -> f32 {
         match *self {
-            Self::Sphere { radius, z_min, z_max, phi_max } | Self::Cylinder { radius, z_min, z_max, phi_max } => {
-                phi_max * radius * (z_max - z_min)
-            }
+            Self::Sphere { radius, z_min, z_max, phi_max }
+            | Self::Cylinder { radius, z_min, z_max, phi_max } => phi_max * radius * (z_max - z_min),
             Self::Disk { radius, inner_radius, phi_max, .. } => {
                 0.5 * phi_max * (radius * radius - inner_radius * inner_radius)
             }
@@ -87,7 +86,8 @@ impl QuadricEmitter {
             flip,
             area: 0.0,
         };
-        emitter.area = shape.area() * mean_over_square(|x, y| emitter.stretch(shape.sample(Vec2::new(x, y)).1));
+        emitter.area =
+            shape.area() * mean_over_square(|x, y| emitter.stretch(shape.sample(Vec2::new(x, y)).1));
         emitter
     }
 

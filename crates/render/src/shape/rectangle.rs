@@ -5,7 +5,7 @@
 
 use std::f32::consts::TAU;
 
-use sahl_math::{Vec2, Vec3, safe_sqrt};
+use sahl_math::{Vec2, Vec3};
 
 /// A rectangle in the world.
 #[derive(Clone, Debug)]
@@ -89,8 +89,9 @@ impl<'a> SphericalRectangle<'a> {
         // The line parallel to y that leaves the share u.x of the solid angle to its left.
         let (sin, cos) = (u.x * self.solid_angle + self.k).sin_cos();
         let fu = (cos * self.b0 - self.b1) / sin;
-        let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt()).copysign(fu).clamp(-1.0, 1.0);
-        let xu = (cu * self.z0.abs() / safe_sqrt(1.0 - cu * cu)).clamp(self.x0, self.x1);
+        // The paper's c = ±1 / √(f² + b²) and x = c |z| / √(1 − c²) in one.
+        let tan2 = (fu * fu + self.b0 * self.b0 - 1.0).max(f32::MIN_POSITIVE);
+        let xu = (self.z0.abs() / tan2.sqrt()).copysign(fu).clamp(self.x0, self.x1);
         // The place on it, uniform on the sphere.
         let d2 = xu * xu + self.z0 * self.z0;
         let sine = |y: f32| y / (d2 + y * y).sqrt();
@@ -160,14 +161,18 @@ mod tests {
         for i in 0..1000 {
             let u = Vec2::new((i as f32 * 0.618_034) % 1.0, (i as f32 * 0.414_214) % 1.0);
             let (p, _) = seen.sample(u);
-            assert!((p.z - 0.3).abs() < 1e-6 && (-2.0..=1.0).contains(&p.y) && p.x > 0.499 && p.x < 1.201, "{p:?}");
+            assert!(
+                (p.z - 0.3).abs() < 1e-6 && (-2.0..=1.0).contains(&p.y) && p.x > 0.499 && p.x < 1.201,
+                "{p:?}"
+            );
         }
     }
 
     #[test]
     fn every_part_gets_its_share_of_the_samples() {
         let (corner, edges) = (Vec3::new(-1.0, -0.7, 1.0), [Vec3::X * 2.0, Vec3::Y * 1.4]);
-        for from in [Vec3::ZERO, Vec3::new(0.3, 0.5, 0.2), Vec3::new(1.5, 0.9, 0.4), Vec3::new(0.5, 0.2, 1.7)] {
+        for from in [Vec3::ZERO, Vec3::new(0.3, 0.5, 0.2), Vec3::new(1.5, 0.9, 0.4), Vec3::new(0.5, 0.2, 1.7)]
+        {
             let whole = rectangle(corner, edges);
             let seen = SphericalRectangle::new(&whole, from);
             for [x, y] in [[0.5, 0.5], [0.2, 0.9], [1.0, 0.3], [0.1, 1.0]] {

@@ -7,18 +7,23 @@ use sahl_math::{Frame, Vec2, Vec3, gamma, safe_sqrt};
 use super::{EmitterPoint, per_solid_angle};
 use crate::warp;
 
-/// A whole sphere: from outside the cone of directions that meet it is sampled uniformly, from inside its area.
+/// A whole sphere: from outside the cone of directions that meet it is sampled uniformly, from inside and
+/// from its surface its area.
 #[derive(Clone, Debug)]
 pub(crate) struct SphereEmitter {
     center: Vec3,
     radius: f32,
     /// Whether the inside emits.
     flip: bool,
+    /// Squared sine of the cone's half angle from which on a point may lie on the sphere, as far as rounding tells. From
+    /// there the cone is no use: it finds the side that is near, and the far one may be the one in sight.
+    sin2_limit: f32,
 }
 
 impl SphereEmitter {
     pub(crate) fn new(center: Vec3, radius: f32, flip: bool) -> Self {
-        Self { center, radius, flip }
+        let rounding = gamma(16) * (1.0 + center.abs().max_component() / radius);
+        Self { center, radius, flip, sin2_limit: 1.0 - rounding.min(0.5) }
     }
 
     pub(crate) fn area(&self) -> f32 {
@@ -58,11 +63,11 @@ impl SphereEmitter {
         per_solid_angle(1.0 / self.area(), from, point.p, point.n)
     }
 
-    /// The cone of directions that meet the sphere; `None` from inside.
+    /// The cone of directions that meet the sphere; `None` from inside and from the sphere itself.
     #[inline]
     fn cone(&self, to_center: Vec3) -> Option<Cone> {
         let sin2_max = self.radius * self.radius / to_center.length_squared();
-        (sin2_max < 1.0)
+        (sin2_max < self.sin2_limit)
             .then(|| Cone { sin2_max, one_minus_cos: sin2_max / (1.0 + (1.0 - sin2_max).sqrt()) })
     }
 

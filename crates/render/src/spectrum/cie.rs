@@ -28,13 +28,14 @@ pub(crate) fn color_matching(lambda: f32) -> [f32; 3] {
 ///
 /// Planck's law; the peak is where Wien's displacement law puts it.
 pub(crate) fn blackbody(kelvin: f32, lambda: f32) -> f32 {
-    if !(kelvin > 0.0) {
+    if kelvin.is_nan() || kelvin <= 0.0 {
         return 0.0;
     }
     // h c / k in nanometre kelvin, and Wien's b in the same unit.
     const SECOND_RADIATION_CONSTANT: f64 = 1.438_776_877e7;
     const WIEN: f64 = 2.897_771_955e6;
-    let planck = |nm: f64| 1.0 / (nm.powi(5) * (SECOND_RADIATION_CONSTANT / (nm * f64::from(kelvin))).exp_m1());
+    let planck =
+        |nm: f64| 1.0 / (nm.powi(5) * (SECOND_RADIATION_CONSTANT / (nm * f64::from(kelvin))).exp_m1());
     (planck(f64::from(lambda)) / planck(WIEN / f64::from(kelvin))) as f32
 }
 
@@ -73,7 +74,12 @@ mod tests {
         // CIE illuminant A is a black body at 2856 K: x = 0.44757, y = 0.40745 (CIE 15:2004).
         let [x, y, z] = xyz(|lambda| blackbody(2855.5, lambda));
         let sum = x + y + z;
-        assert!((x / sum - 0.44757).abs() < 3e-3 && (y / sum - 0.40745).abs() < 3e-3, "{} {}", x / sum, y / sum);
+        assert!(
+            (x / sum - 0.44757).abs() < 3e-3 && (y / sum - 0.40745).abs() < 3e-3,
+            "{} {}",
+            x / sum,
+            y / sum
+        );
     }
 
     #[test]

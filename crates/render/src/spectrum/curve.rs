@@ -47,7 +47,7 @@ impl SpectralCurve {
             }
             sahl_scene::Spectrum::Sampled(samples) => {
                 if role != ColorRole::Illuminant {
-                    diagnostics.push(approximated(span, "a sampled spectrum".to_owned()));
+                    diagnostics.push(approximated(span, "a sampled spectrum"));
                 }
                 from_power(|lambda| interpolate(samples, lambda), role)
             }
@@ -110,7 +110,7 @@ fn interpolate(samples: &[(f32, f32)], lambda: f32) -> f32 {
 fn from_name(name: &str, role: ColorRole, span: Option<Span>, diagnostics: &mut Diagnostics) -> [f32; 3] {
     match named::find(name) {
         Some(NamedSpectrum::Rgb(rgb)) => {
-            diagnostics.push(approximated(span, format!("the spectrum `{name}`")));
+            diagnostics.push(approximated(span, &format!("the spectrum `{name}`")));
             rgb
         }
         Some(NamedSpectrum::Index(index)) => {
@@ -118,7 +118,9 @@ fn from_name(name: &str, role: ColorRole, span: Option<Span>, diagnostics: &mut 
                 Diagnostic::warning(
                     "spectrum-approximated",
                     span,
-                    format!("the spectrum `{name}` is approximated in RGB mode by its index at 587.6 nm, {index}"),
+                    format!(
+                        "the spectrum `{name}` is approximated in RGB mode by its index at 587.6 nm, {index}"
+                    ),
                 )
                 .with_note("there is no dispersion in RGB mode"),
             );
@@ -128,7 +130,7 @@ fn from_name(name: &str, role: ColorRole, span: Option<Span>, diagnostics: &mut 
             ColorSpace::Srgb.xyz_to_rgb(cie::xyz_of_chromaticity(xy))
         }
         Some(NamedSpectrum::Illuminant(_)) => {
-            diagnostics.push(approximated(span, format!("the illuminant `{name}` as a reflectance")));
+            diagnostics.push(approximated(span, &format!("the illuminant `{name}` as a reflectance")));
             [1.0; 3]
         }
         None => {
@@ -138,8 +140,12 @@ fn from_name(name: &str, role: ColorRole, span: Option<Span>, diagnostics: &mut 
     }
 }
 
-fn approximated(span: Option<Span>, what: String) -> Diagnostic {
-    Diagnostic::warning("spectrum-approximated", span, format!("{what} is approximated by its colour in RGB mode"))
+fn approximated(span: Option<Span>, what: &str) -> Diagnostic {
+    Diagnostic::warning(
+        "spectrum-approximated",
+        span,
+        format!("{what} is approximated by its colour in RGB mode"),
+    )
 }
 
 fn unknown_name(name: &str, span: Option<Span>) -> Diagnostic {
@@ -206,7 +212,8 @@ mod tests {
         let (s, diagnostics) = curve(&flat, ColorRole::Albedo);
         assert_close(s, [0.25; 3], 1e-5);
         assert_eq!(diagnostics.iter().next().map(|d| d.code), Some("spectrum-approximated"));
-        let edge = sahl_scene::Spectrum::Sampled(vec![(300.0, 0.0), (590.0, 0.0), (600.0, 1.0), (900.0, 1.0)]);
+        let edge =
+            sahl_scene::Spectrum::Sampled(vec![(300.0, 0.0), (590.0, 0.0), (600.0, 1.0), (900.0, 1.0)]);
         let [r, g, b] = curve(&edge, ColorRole::Albedo).0.to_rgb();
         assert!(r > 0.7 && g < 0.2 && b < 0.1, "{r} {g} {b}");
     }
@@ -222,7 +229,8 @@ mod tests {
 
     #[test]
     fn unknown_names_are_errors_with_the_nearest_name() {
-        let (s, diagnostics) = curve(&sahl_scene::Spectrum::Named("metal-Cu-etta".into()), ColorRole::Unbounded);
+        let (s, diagnostics) =
+            curve(&sahl_scene::Spectrum::Named("metal-Cu-etta".into()), ColorRole::Unbounded);
         assert!(s.is_zero() && diagnostics.has_errors());
         let help = diagnostics.iter().next().and_then(|d| d.help.clone());
         assert_eq!(help.as_deref(), Some("did you mean `metal-Cu-eta`?"));

@@ -35,7 +35,8 @@ pub(crate) fn find(name: &str) -> Option<NamedSpectrum> {
 
 /// Every name that [`find`] knows.
 pub(crate) fn names() -> impl Iterator<Item = String> {
-    let metals = METALS.iter().flat_map(|(symbol, ..)| [format!("metal-{symbol}-eta"), format!("metal-{symbol}-k")]);
+    let metals =
+        METALS.iter().flat_map(|(symbol, ..)| [format!("metal-{symbol}-eta"), format!("metal-{symbol}-k")]);
     let glasses = GLASSES.iter().map(|(glass, _)| format!("glass-{glass}"));
     metals.chain(glasses).chain(ILLUMINANTS.iter().map(|&(name, _)| name.to_owned()))
 }
@@ -128,7 +129,10 @@ mod tests {
         ] {
             let found = reflectance(symbol);
             for lane in 0..3 {
-                assert!((found[lane] - expected[lane]).abs() < 0.05, "{symbol}: {found:?} against {expected:?}");
+                assert!(
+                    (found[lane] - expected[lane]).abs() < 0.05,
+                    "{symbol}: {found:?} against {expected:?}"
+                );
             }
         }
     }

@@ -1,0 +1,8 @@
+//! Rendering from a description to an image, through the public interface alone.
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed, which is what it is for")]
+
+mod analytic;
+mod building;
+mod common;
+mod determinism;
+mod features;
