@@ -69,7 +69,7 @@ impl Ray {
 /// no branches.
 #[inline(always)]
 pub fn offset_ray_origin(p: Vec3, p_error: Vec3, n: Vec3, direction: Vec3) -> Vec3 {
-    let distance = n.abs().dot(p_error + p.abs() * gamma(4));
+    let distance = n.abs().dot(p_error + p.abs() * gamma(2));
     p + n * distance.copysign(direction.dot(n))
 }
 

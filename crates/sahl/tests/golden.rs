@@ -34,6 +34,7 @@ fn render(description: &SceneDesc, aovs: Vec<Aov>) -> Film {
 /// The variance that a render of [`SAMPLES`] is expected to have, from that of the reference.
 ///
 /// Its own estimate would be zero in a pixel whose rare bright samples it has not met.
+#[expect(clippy::unwrap_used, reason = "clippy's exception for tests ends at helper functions")]
 fn expected_variance(name: &str) -> Image {
     let path = folder().join(format!("{name}.var.exr"));
     let mut image = sahl::image::read(&std::fs::read(path).unwrap(), name).unwrap();
@@ -48,7 +49,7 @@ fn expected_variance(name: &str) -> Image {
 fn check_all(kind: SamplerKind) {
     let blessing = std::env::var_os(BLESS).is_some();
     let test =
-        ImageTest { samples: REFERENCE_SAMPLES.into(), tests: 2 * SCENES.len(), ..ImageTest::default() };
+        ImageTest { samples: REFERENCE_SAMPLES, tests: 2 * SCENES.len(), ..ImageTest::default() };
     let golden = Golden { test, ..Golden::default() };
     let failures: Vec<String> = SCENES
         .iter()
