@@ -52,10 +52,12 @@ pub struct SceneStats {
 /// One sample of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Its colour on the film: linear, exposed, in the film's colour space; NaN or infinite where the film drops it.
+    /// Its colour on the film: linear, exposed, in the film's colour space.
     pub rgb: [f32; 3],
     /// The pixel filter's weight: the pixel is the mean of its samples' colours weighted by it.
     pub weight: f32,
+    /// Whether the film adds it: not if it is NaN, infinite or negative.
+    pub is_kept: bool,
 }
 
 /// Everything that is needed to compute a sample.
@@ -108,7 +110,12 @@ impl Scene {
     /// Sample `index` of `pixel` alone, the same that [`crate::render`] adds to the film: any sample can be replayed.
     pub fn sample(&self, pixel: [u32; 2], index: u32) -> Sample {
         let sample = self.data.integrator.sample(&self.data, pixel, index);
-        Sample { rgb: Sensor::new(&self.data.film).color(sample.radiance), weight: sample.weight }
+        let sensor = Sensor::new(&self.data.film);
+        Sample {
+            rgb: sensor.color(sample.radiance),
+            weight: sample.weight,
+            is_kept: sensor.kept_color(sample.radiance).is_some(),
+        }
     }
 }
 

@@ -20,10 +20,13 @@ use crate::{Aov, Scene};
 /// The most samples that one pass takes for a pixel.
 const MAX_SAMPLES_PER_PASS: u32 = 16;
 
+/// More threads than this are not started, whatever is asked for.
+const MOST_THREADS: usize = 1024;
+
 /// Settings of [`render`] that do not change the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// How many threads render; zero for one a core.
+    /// How many threads render; zero for one a core. There are never more than tiles, nor more than 1024.
     pub threads: usize,
     /// Width and height of a tile in pixels.
     pub tile_size: u32,
@@ -96,7 +99,7 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &dyn Progress) -
         dropped: AtomicU64::new(0),
         stopped: AtomicBool::new(false),
     };
-    let workers = Workers::new(options.threads);
+    let workers = Workers::new(options.threads.min(film.tiles_mut().len()).min(MOST_THREADS));
     let mut status = run.status(0);
     let mut number = 0;
     let mut first = 0;

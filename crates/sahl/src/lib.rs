@@ -26,6 +26,10 @@
 //! which is the caller's.
 #![forbid(unsafe_code)]
 
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
 mod cornell_box;
 mod error;
 

@@ -48,8 +48,7 @@ fn expected_variance(name: &str) -> Image {
 /// References are made of independent samples with a seed of their own.
 fn check_all(kind: SamplerKind) {
     let blessing = std::env::var_os(BLESS).is_some();
-    let test =
-        ImageTest { samples: REFERENCE_SAMPLES, tests: 2 * SCENES.len(), ..ImageTest::default() };
+    let test = ImageTest { samples: REFERENCE_SAMPLES, tests: 2 * SCENES.len(), ..ImageTest::default() };
     let golden = Golden { test, ..Golden::default() };
     let failures: Vec<String> = SCENES
         .iter()

@@ -20,6 +20,11 @@ pub struct Film {
     pub filename: Option<String>,
 }
 
+impl Film {
+    /// The most pixels that an image may have, 16 384 squared: a film of them takes 16 GiB.
+    pub const MOST_PIXELS: u64 = 1 << 28;
+}
+
 impl Default for Film {
     /// pbrt's default: 1280 × 720 pixels.
     fn default() -> Self {

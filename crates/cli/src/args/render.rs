@@ -10,7 +10,7 @@ use super::{Crop, Definition, Fractions, MessageArgs, PixelPosition, Resolution,
 #[derive(Debug, Args)]
 #[command(after_help = super::EXIT_CODES)]
 pub(crate) struct RenderArgs {
-    /// Scene files: .pbrt, .pbrt.gz, .obj, .ply, .ply.gz, or `-` for pbrt text from the standard input. Several pbrt
+    /// Scene files: .pbrt, .obj or .ply, each also with .gz, or `-` for pbrt text from the standard input. Several pbrt
     /// files are read as one.
     #[arg(value_name = "SCENE")]
     pub(crate) scenes: Vec<PathBuf>,

@@ -35,10 +35,10 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<ExitCode, Failu
         target = Some(Target::check(&default_output(&source), &settings)?);
     }
     let scene = source.build(&settings.build, args.messages.strict, &console)?;
-    interrupt::listen();
     if let Some(pixel) = settings.pixel {
         return replay(&scene, &source.loaded.scene, pixel);
     }
+    interrupt::listen();
     let target = target.expect("every render but that of a pixel has a file to write");
     let job = Job { settings: &settings, source: &source, scene: &scene, console };
     job.run(&target, args.work.progress)
@@ -281,7 +281,7 @@ fn replay(scene: &Scene, description: &SceneDesc, pixel: [u32; 2]) -> Result<Exi
     for index in 0..scene.samples_per_pixel() {
         let sample = scene.sample(pixel, index);
         let [r, g, b] = sample.rgb;
-        let is_kept = sample.rgb.iter().all(|value| value.is_finite());
+        let is_kept = sample.is_kept;
         let _ = writeln!(text, "{index}\t{r}\t{g}\t{b}{}", if is_kept { "" } else { "\tdropped" });
         if is_kept {
             for (sum, value) in sum.iter_mut().zip(sample.rgb) {

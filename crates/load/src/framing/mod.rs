@@ -37,6 +37,8 @@ const OBJECT_FOV: f32 = 0.698;
 const PLACE_FOV: f32 = 1.012;
 /// Share of the image that an object fills along the tighter axis.
 const FILL: f32 = 0.88;
+/// Width over height of the frame that an object has to fit: it stays whole in narrower images than the default one.
+const OBJECT_ASPECT: f32 = 4.0 / 3.0;
 /// From the centre of an object towards the camera.
 const OBJECT_VIEW: Vec3 = Vec3::new(0.5, 0.42, 1.0);
 /// From the centre of an object towards the lamp.
@@ -136,10 +138,8 @@ fn frame_object(scene: &mut SceneDesc, bounds: &Bounds3, center: Vec3, radius: f
     let forward = -OBJECT_VIEW.normalize();
     let right = forward.cross(Vec3::Y).normalize();
     let up = right.cross(forward);
-    let [width, height] = scene.film.resolution.map(|pixels| pixels as f32);
     let half = (OBJECT_FOV * 0.5).tan() * FILL;
-    let shorter = width.min(height);
-    let slopes = [half * width / shorter, half * height / shorter];
+    let slopes = [half * OBJECT_ASPECT, half];
 
     // A point at (x, y, z) of camera axes about the centre is inside the image of an eye at (ox, oy, −d) where
     // |x − ox| ≤ slope (z + d): each side of the image asks for a largest x − slope z.

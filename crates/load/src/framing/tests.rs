@@ -60,7 +60,7 @@ fn an_object_just_fills_the_image() {
         let bounds = Bounds3 { min: Vec3::splat(-7.0), max: Vec3::splat(-7.0) + Vec3::from(size) };
         let scene = framed(box_mesh(bounds, true, [true; 6]));
         let places = bounds.corners().map(|corner| in_image(&scene, corner));
-        let aspect = 1280.0 / 720.0;
+        let aspect = OBJECT_ASPECT;
         let reach = |along: fn(&Vec2) -> f32| places.iter().map(along).fold(f32::NEG_INFINITY, f32::max);
         let (left, right) = (-reach(|p| -p.x), reach(|p| p.x));
         let (below, above) = (-reach(|p| -p.y), reach(|p| p.y));

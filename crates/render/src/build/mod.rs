@@ -12,11 +12,11 @@ mod lights;
 use std::sync::Arc;
 
 use sahl_accel::Accel;
-use sahl_scene::{Diagnostics, SceneDesc};
+use sahl_scene::{Diagnostic, Diagnostics, Integrator, SceneDesc};
 
 use crate::camera::Camera;
 use crate::filter::PixelFilter;
-use crate::integrator;
+use crate::integrator::{self, MOST_WHITTED_DEPTH};
 use crate::material::Material;
 use crate::sampler::Sampler;
 use crate::scene::{Scene, SceneData, SceneStats};
@@ -40,6 +40,12 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     let mut diagnostics = description.validate();
     if diagnostics.has_errors() {
         return (None, diagnostics);
+    }
+    if let Integrator::Whitted { max_depth } = description.integrator
+        && max_depth > MOST_WHITTED_DEPTH
+    {
+        let message = format!("`whitted` follows {MOST_WHITTED_DEPTH} reflections in a row, not {max_depth}");
+        diagnostics.push(Diagnostic::warning("depth-limited", None, message));
     }
     let textures = Textures::new(description, &mut diagnostics);
     let materials = materials(description, &textures, &mut diagnostics);

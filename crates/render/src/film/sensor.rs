@@ -23,6 +23,14 @@ impl Sensor {
         }
     }
 
+    /// The exposed colour in the film's space, or `None` for what is no colour: from radiance with a negative or NaN
+    /// lane, or too large for a number.
+    #[inline]
+    pub(crate) fn kept_color(&self, radiance: Spectrum) -> Option<[f32; 3]> {
+        let color = self.color(radiance);
+        (radiance.min_component() >= 0.0 && color.iter().all(|x| x.is_finite())).then_some(color)
+    }
+
     /// The exposed colour in the film's space, scaled down where its largest component exceeds the film's limit.
     #[inline]
     pub(crate) fn color(&self, radiance: Spectrum) -> [f32; 3] {

@@ -66,16 +66,16 @@ impl Tile {
         self.dropped
     }
 
-    /// Adds sample `index` of the pixel at `place`, taken in `pass`. What is not a colour (NaN, infinite, negative) is
+    /// Adds a sample of the pixel at `place`; returns whether it was kept. What is not a colour (NaN, infinite, negative) is
     /// counted, remembered and left out.
     #[inline]
-    pub(crate) fn add(&mut self, place: usize, radiance: Spectrum, weight: f32, taken: SampleId) {
-        // One comparison finds NaN, infinities and negative lanes alike.
-        if radiance.is_finite() && radiance.min_component() >= 0.0 {
-            self.pixels[place].add(self.sensor.color(radiance), weight);
-        } else {
-            self.drop_sample(radiance, taken);
+    pub(crate) fn add(&mut self, place: usize, radiance: Spectrum, weight: f32, taken: SampleId) -> bool {
+        let color = self.sensor.kept_color(radiance);
+        match color {
+            Some(color) => self.pixels[place].add(color, weight),
+            None => self.drop_sample(radiance, taken),
         }
+        color.is_some()
     }
 
     /// Adds the features of a sample of the pixel at `place`.

@@ -30,6 +30,8 @@ use normals::Normals;
 use path::Path;
 use whitted::Whitted;
 
+pub(crate) use whitted::MOST_DEPTH as MOST_WHITTED_DEPTH;
+
 pub(crate) use tracer::Tracer;
 
 /// A light transport algorithm.
@@ -69,8 +71,8 @@ impl<I: Integrator> TileRenderer for I {
             for index in pass.samples.clone() {
                 let sample = camera_sample(self, &mut tracer, pixel, index);
                 let taken = SampleId { pass: pass.number, pixel, index };
-                tile.add(place, sample.radiance, sample.weight, taken);
-                if !aovs.is_empty() {
+                let kept = tile.add(place, sample.radiance, sample.weight, taken);
+                if kept && !aovs.is_empty() {
                     tile.add_features(place, Features::of(&mut tracer, &sample.ray, aovs).values());
                 }
             }

@@ -1,6 +1,6 @@
 //! Shading normals as colours.
 //!
-//! In a scene file: no pbrt plugin; on the command line `--integrator normals`.
+//! In a scene file: `Integrator "normals"`, which pbrt does not have.
 
 use sahl_math::Ray;
 

@@ -22,13 +22,16 @@ pub(crate) struct Whitted {
 /// Branches that add less than this share to the pixel are not followed: a tree of glass would double at every hit.
 const LEAST_SHARE: f32 = 1.0 / 4096.0;
 
+/// Reflections and refractions in a row are followed by recursion, which must fit on the stack of a thread.
+pub(crate) const MOST_DEPTH: u32 = 256;
+
 /// The largest number below one: the end of the range in which a lobe is chosen.
 const LAST_LOBE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl Whitted {
-    /// At most `max_depth` reflections and refractions in a row.
+    /// At most `max_depth` reflections and refractions in a row, and at most [`MOST_DEPTH`].
     pub(crate) fn new(max_depth: u32) -> Self {
-        Self { max_depth }
+        Self { max_depth: max_depth.min(MOST_DEPTH) }
     }
 
     fn trace(&self, tracer: &mut Tracer<'_>, ray: &Ray, share: Spectrum, depth: u32) -> Spectrum {

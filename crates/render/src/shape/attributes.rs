@@ -47,6 +47,10 @@ impl Attributes {
             }
             None => ng,
         };
+        // Where a coarse mesh shows a side whose interpolated normal looks away, the surface itself has to do: by the
+        // shading normal it would be black.
+        let seen_from_behind = ns.dot(ray.direction) * ng.dot(ray.direction) <= 0.0;
+        let ns = if seen_from_behind { ng } else { ns };
         let shading = if self.needs_tangent {
             let tangent = self.tangent(geometry, corners, hit, p, to_world);
             Frame::from_z_and_tangent(ns, tangent)

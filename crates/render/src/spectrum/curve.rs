@@ -7,6 +7,9 @@ use super::cie;
 use super::named::{self, NamedSpectrum};
 use super::{Spectrum, Wavelengths};
 
+/// Negative components up to this share of the largest are taken for rounding of colour matrices.
+const GAMUT_SLACK: f32 = 1e-3;
+
 /// What a colour is for, which decides how a spectrum becomes RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorRole {
@@ -57,6 +60,12 @@ impl SpectralCurve {
             ColorRole::Albedo => (0.0, 1.0),
             ColorRole::Unbounded | ColorRole::Illuminant => (0.0, f32::MAX),
         };
+        let largest = rgb[0].max(rgb[1]).max(rgb[2]);
+        if rgb.iter().any(|&x| x < -GAMUT_SLACK * largest) {
+            let message =
+                format!("the colour {rgb:.3?} in linear sRGB is outside its gamut, and is clipped to it");
+            diagnostics.push(Diagnostic::warning("color-gamut", span, message));
+        }
         Self { rgb: Spectrum::from_rgb(rgb).clamp(low, high) }
     }
 

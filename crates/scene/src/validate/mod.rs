@@ -13,9 +13,6 @@ use crate::{
     Integrator, Material, Object, Origin, Projection, Roughness, SceneDesc, Shape, Spectrum, SpectrumParam,
 };
 
-/// More pixels than this are taken for a mistake: at twelve bytes each they take 24 GiB.
-const MOST_PIXELS: u64 = 1 << 31;
-
 impl SceneDesc {
     /// What is wrong with this scene: handles that lead nowhere, textures that contain themselves, numbers that are not
     /// finite or out of their range, meshes without faces, indices beyond the vertices, images without pixels, and, as
@@ -118,8 +115,9 @@ impl Check<'_> {
     fn film(&mut self, film: &Film) {
         let [width, height] = film.resolution;
         let pixels = u64::from(width) * u64::from(height);
-        if pixels == 0 || pixels > MOST_PIXELS {
-            let message = format!("the image has {width} × {height} pixels: expected 1 to {MOST_PIXELS}");
+        if pixels == 0 || pixels > Film::MOST_PIXELS {
+            let message =
+                format!("the image has {width} × {height} pixels: expected 1 to {}", Film::MOST_PIXELS);
             self.error("bad-film", &NOWHERE, message);
         }
         if let Some([x_min, x_max, y_min, y_max]) = film.crop

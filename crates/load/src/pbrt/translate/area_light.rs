@@ -4,6 +4,7 @@ use sahl_scene::{AreaLight, Spectrum};
 
 use super::super::context::Context;
 use super::super::reader::Reader;
+use super::light::photometric;
 use super::lookup;
 use super::spectrum::{Role, spectrum};
 use super::texture::mean_color;
@@ -26,13 +27,15 @@ pub(in super::super) fn area_light(
 fn diffuse(cx: &mut Context<'_>, p: &Reader<'_>, white: Spectrum) -> AreaLight {
     let constant = spectrum(cx, p, "L", Role::Illuminant);
     let image = p.string("filename").and_then(|name| mean_color(cx, name));
-    if image.is_some() {
+    if constant.is_some() && p.find("filename").is_some() {
+        p.report().error("contradiction", p.span(), format!("{} has both `L` and `filename`", p.what()));
+    } else if image.is_some() {
         p.unsupported(&["filename"], "the mean of the image is emitted everywhere");
     }
     AreaLight {
         radiance: image.or(constant).unwrap_or(white),
         scale: p.non_negative("scale", 1.0),
         two_sided: p.bool("twosided", false),
-        power: p.optional_float("power").filter(|&power| power > 0.0),
+        power: photometric(p, "power"),
     }
 }

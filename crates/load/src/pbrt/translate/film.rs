@@ -7,8 +7,6 @@ use super::super::reader::Reader;
 use super::lookup;
 use super::spectrum::SENSORS;
 
-/// Pixels that an image may have: 16 384 squared.
-const PIXEL_LIMIT: u64 = 1 << 28;
 /// Pixels that a side may have.
 const SIDE_LIMIT: i32 = 1 << 20;
 
@@ -63,11 +61,11 @@ fn resolution(p: &Reader<'_>) -> [u32; 2] {
     let default = Film::default().resolution;
     let side = |name, default: u32| p.integer(name, default as i32, 1, SIDE_LIMIT).unsigned_abs();
     let [width, height] = [side("xresolution", default[0]), side("yresolution", default[1])];
-    if u64::from(width) * u64::from(height) <= PIXEL_LIMIT {
+    if u64::from(width) * u64::from(height) <= Film::MOST_PIXELS {
         return [width, height];
     }
     let span = p.find("xresolution").map_or(p.span(), |parameter| parameter.value_span);
-    let message = format!("{} has {width} × {height} pixels: {PIXEL_LIMIT} is the limit", p.what());
+    let message = format!("{} has {width} × {height} pixels: {} is the limit", p.what(), Film::MOST_PIXELS);
     p.report().error("invalid-value", span, message);
     default
 }

@@ -46,8 +46,13 @@ fn scale(p: &Reader<'_>) -> f32 {
 }
 
 /// A photometric quantity; pbrt ignores one that is not positive.
-fn photometric(p: &Reader<'_>, name: &'static str) -> Option<f32> {
-    p.optional_float(name).filter(|&value| value > 0.0)
+pub(super) fn photometric(p: &Reader<'_>, name: &'static str) -> Option<f32> {
+    let value = p.optional_float(name)?;
+    if value < 0.0 {
+        let message = format!("`{name}` is {value}: expected at least 0; it is left out");
+        p.report().warning("invalid-value", p.span(), message);
+    }
+    (value > 0.0).then_some(value)
 }
 
 fn point(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
