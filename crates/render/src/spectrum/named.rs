@@ -43,9 +43,10 @@ pub(crate) fn names() -> impl Iterator<Item = String> {
 
 /// η and k averaged over the responses of linear sRGB, each response scaled to average one.
 ///
-/// From the measurements of Johnson and Christy 1972 (Ag, Au, Cu), Rakić 1998 (Al), Querry 1985 (CuZn), Stephens and
-/// Malitson 1952 (MgO) and Devore 1951 (TiO2, ordinary ray). Responses of sRGB have negative lobes: an average need not
-/// lie among the values of the curve.
+/// Averages as they are in circulation for the measurements of Johnson and Christy 1972 (Ag, Au, Cu), Rakić 1998 (Al),
+/// Querry 1985 (CuZn) and Stephens and Malitson 1952 (MgO); they were not recomputed from the measurements, and a scene
+/// that uses them gets a warning. TiO2 is from Devore's formula of 1951 (ordinary ray). Responses of sRGB have negative
+/// lobes: an average need not lie among the values of the curve.
 #[rustfmt::skip]
 const METALS: [(&str, [f32; 3], [f32; 3]); 7] = [
     ("Ag",   [0.1289, 0.1231, 0.1522], [4.0076, 3.2921, 2.3627]),

@@ -6,3 +6,4 @@ mod building;
 mod common;
 mod determinism;
 mod features;
+mod limits;

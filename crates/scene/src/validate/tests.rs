@@ -98,7 +98,7 @@ fn camera_film_filter_and_sampler_are_checked() {
     Error bad-number: the lens radius is -1: expected zero or more
     Error bad-camera: the shutter opens at 1 and closes at 0: expected times in order
     Error bad-camera: the screen window is [1.0, -1.0, 0.0, 1.0]: expected x min < x max and y min < y max
-    Error bad-film: the image has 0 × 10 pixels: expected 1 to 2147483648
+    Error bad-film: the image has 0 × 10 pixels: expected 1 to 268435456
     Error bad-film: the crop from (0, 5) to (1, 11) is not a part of the 0 × 10 image
     Error bad-number: the exposure is NaN: expected more than zero
     Error bad-film: the largest component is -1: expected more than zero
