@@ -61,7 +61,7 @@ impl SpectralCurve {
             ColorRole::Unbounded | ColorRole::Illuminant => (0.0, f32::MAX),
         };
         let largest = rgb[0].max(rgb[1]).max(rgb[2]);
-        if rgb.iter().any(|&x| x < -GAMUT_SLACK * largest) {
+        if largest > 0.0 && rgb.iter().any(|&x| x < -GAMUT_SLACK * largest) {
             let message =
                 format!("the colour {rgb:.3?} in linear sRGB is outside its gamut, and is clipped to it");
             diagnostics.push(Diagnostic::warning("color-gamut", span, message));
