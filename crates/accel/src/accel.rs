@@ -1,18 +1,20 @@
 //! The acceleration structure: built once, then queried from any number of threads.
 
-use sahl_math::{Bounds3, Ray, Vec3};
+use sahl_math::{Bounds3, Ray};
 
-use crate::build::{self, BuildInput};
+use crate::assembly::Assembly;
 use crate::geometry::patch;
 use crate::hit::Hit;
 use crate::instance::PlacedGroup;
-use crate::layout::{self, WideTree, WideTrees};
-use crate::options::{BuildOptions, Builder};
-use crate::primitive::{Item, Kind, PrimitiveName, Primitives, TreeInput, vertices};
+use crate::kernel::Tier;
+use crate::layout::{WideTree, WideTrees};
+use crate::names::{Kind, PrimitiveName};
+use crate::options::BuildOptions;
+use crate::primitive::{Primitives, vertices};
 use crate::stats::Stats;
 use crate::traverse::{
-    Any, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Scene, Search, StackSize,
-    TraversalCount, traverse,
+    Any, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Query, Scene, Search, StackSize,
+    TraversalCount, traverse, traverse_packets, traverse_stream,
 };
 use crate::world::{Geometry, Instance, World};
 
@@ -23,18 +25,18 @@ use crate::world::{Geometry, Instance, World};
 /// is returned, [`Hit::NO_INSTANCE`] coming last.
 #[derive(Clone, Debug)]
 pub struct Accel {
-    world: World,
+    pub(crate) world: World,
     pub(crate) primitives: Primitives,
-    placed: Vec<PlacedGroup>,
-    structure: Structure,
-    bounds: Bounds3,
-    stats: Stats,
+    pub(crate) placed: Vec<PlacedGroup>,
+    pub(crate) structure: Structure,
+    pub(crate) bounds: Bounds3,
+    pub(crate) stats: Stats,
 }
 
 /// The two things that can be searched. The last tree of each list is that of the world, the others are the groups'.
 #[derive(Clone, Debug)]
-enum Structure {
-    Wide { trees: WideTrees, groups: Vec<WideTree>, world: WideTree, stack_size: StackSize },
+pub(crate) enum Structure {
+    Wide { trees: WideTrees, groups: Vec<WideTree>, world: WideTree, machine: (Tier, StackSize) },
     List { groups: Vec<ListTree>, world: ListTree },
 }
 
@@ -69,16 +71,25 @@ impl Accel {
     ///
     /// Where the slices differ in length, the excess of the longer is left alone.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.intersect(ray);
-        }
+        hits.iter_mut().for_each(|hit| *hit = None);
+        let count = hits.len().min(rays.len());
+        self.answer(&rays[..count], traverse_stream, &mut NearestHits { accel: self, rays, hits });
+    }
+
+    /// [`Self::intersect_batch`] for rays of which each 64 in a row go nearly the same way, as the camera rays of eight by eight pixels.
+    ///
+    /// The result is the same for any rays; those that do not go nearly the same way take longer.
+    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        hits.iter_mut().for_each(|hit| *hit = None);
+        let count = hits.len().min(rays.len());
+        self.answer(&rays[..count], traverse_packets, &mut NearestHits { accel: self, rays, hits });
     }
 
     /// [`Self::occluded`] for many rays; slices as in [`Self::intersect_batch`].
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.occluded(ray);
-        }
+        occluded.fill(false);
+        let count = occluded.len().min(rays.len());
+        self.answer(&rays[..count], traverse_stream, &mut Occlusions { occluded });
     }
 
     /// The box about the world; empty if nothing can be hit.
@@ -112,15 +123,15 @@ impl Accel {
         let prepared = PreparedRay::new(ray)?;
         let mut nearest = Nearest::new(prepared.limit());
         self.search(&prepared, &mut nearest, counter);
-        nearest.result().map(|found| self.to_hit(&prepared.ray, &found))
+        nearest.result().map(|found| self.to_hit(prepared.ray(), &found))
     }
 
     #[inline]
     fn search<S: Search, C: Counter>(&self, ray: &PreparedRay, search: &mut S, counter: &mut C) -> bool {
         match &self.structure {
-            Structure::Wide { trees, groups, world, stack_size } => {
+            Structure::Wide { trees, groups, world, machine } => {
                 let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
-                traverse(scene, *stack_size, world, ray, (search, counter))
+                traverse(scene, *machine, world, ray, (search, counter))
             }
             Structure::List { groups, world } => {
                 let list = List { primitives: &self.primitives, placed: &self.placed, groups };
@@ -129,10 +140,30 @@ impl Accel {
         }
     }
 
+    /// Answers a query for each ray, by one of the traversals for many.
+    #[inline]
+    fn answer<Q: Query>(
+        &self,
+        rays: &[Ray],
+        traverse: fn(Scene<'_>, (Tier, StackSize), &WideTree, &[Ray], &mut Q),
+        query: &mut Q,
+    ) {
+        if let Structure::Wide { trees, groups, world, machine } = &self.structure {
+            let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
+            return traverse(scene, *machine, world, rays, query);
+        }
+        for (place, ray) in rays.iter().enumerate() {
+            let Some(ray) = PreparedRay::new(ray) else { continue };
+            let mut search = query.start(ray.limit());
+            let ended = self.search(&ray, &mut search, &mut NoCount);
+            query.finish(place, &search, ended);
+        }
+    }
+
     /// Names the primitive and finds the parameters that the traversal leaves out.
     #[inline]
     fn to_hit(&self, ray: &Ray, found: &Found) -> Hit {
-        let name = self.primitives.names[found.candidate.id as usize];
+        let name = self.primitives.name(found.candidate.id);
         let [u, v] = match name.kind {
             Kind::Triangle | Kind::Patch => found.candidate.weights,
             Kind::Half { upper, parallelogram: true } => {
@@ -185,112 +216,42 @@ impl Accel {
     }
 }
 
-/// The steps of [`Accel::build`].
-struct Assembly<'a> {
-    world: World,
-    options: &'a BuildOptions,
-    primitives: Primitives,
-    stats: Stats,
+/// The nearest hits of a slice of rays.
+struct NearestHits<'a> {
+    accel: &'a Accel,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
 }
 
-impl<'a> Assembly<'a> {
-    fn new(world: World, options: &'a BuildOptions) -> Self {
-        let primitives = Primitives::for_geometries(world.geometries.len());
-        Self { world, options, primitives, stats: Stats::default() }
+impl Query for NearestHits<'_> {
+    type Search = Nearest;
+
+    #[inline(always)]
+    fn start(&self, limit: f32) -> Nearest {
+        Nearest::new(limit)
     }
 
-    fn finish(mut self) -> Accel {
-        let (world, primitives) = (&self.world, &mut self.primitives);
-        let groups: Vec<TreeInput> =
-            world.groups.iter().map(|group| primitives.collect(world, group)).collect();
-        let local_bounds: Vec<Bounds3> = groups.iter().map(TreeInput::total_bounds).collect();
-        let placed: Vec<PlacedGroup> = (world.instances.iter().zip(0..))
-            .map(|(instance, index)| {
-                let local = local_bounds.get(instance.group as usize).copied().unwrap_or(Bounds3::EMPTY);
-                PlacedGroup::new(index, instance, local)
-            })
-            .collect();
-        let mut input = primitives.collect(world, &world.world);
-        primitives.collect_instances(&placed, &mut input);
-        let bounds = input.total_bounds();
-        let structure = match self.options.builder {
-            Builder::BruteForce => self.list_structure(&groups, &input),
-            Builder::Median | Builder::BinnedSah => self.wide_structure(&groups, &input, &placed),
-        };
-        let mut stats = self.stats;
-        stats.primitives = groups.iter().chain([&input]).map(|input| input.items.len() as u64).sum();
-        stats.dropped = self.primitives.dropped;
-        stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64;
-        Accel { world: self.world, primitives: self.primitives, placed, structure, bounds, stats }
-    }
-
-    fn list_structure(&mut self, groups: &[TreeInput], input: &TreeInput) -> Structure {
-        let vertices = |id: u32| triangle_vertices(&self.world, &self.primitives.names, id);
-        let list = |input: &TreeInput| ListTree::new(&input.items, &vertices);
-        let (groups, world): (Vec<_>, _) = (groups.iter().map(list).collect(), list(input));
-        self.stats.bytes = groups.iter().chain([&world]).map(ListTree::bytes).sum();
-        Structure::List { groups, world }
-    }
-
-    fn wide_structure(
-        &mut self,
-        groups: &[TreeInput],
-        input: &TreeInput,
-        placed: &[PlacedGroup],
-    ) -> Structure {
-        let mut trees = WideTrees::default();
-        let built: Vec<(WideTree, f64)> =
-            groups.iter().map(|group| self.wide_tree(&mut trees, group, &|_| 1.0)).collect();
-        // An instance costs its box test and what its group costs.
-        let cost = |place: u32| match input.items[place as usize] {
-            Item::Instance(place) => {
-                built.get(placed[place as usize].group as usize).map_or(1.0, |tree| 1.0 + tree.1)
-            }
-            _ => 1.0,
-        };
-        let (world, sah_cost) = self.wide_tree(&mut trees, input, &cost);
-        let groups: Vec<WideTree> = built.into_iter().map(|(tree, _)| tree).collect();
-        let depth = groups.iter().map(|tree| tree.depth).fold(world.depth, u32::max);
-        self.stats.nodes = trees.nodes.len() as u64;
-        self.stats.leaves = trees.leaves;
-        self.stats.depth = depth;
-        self.stats.sah_cost = sah_cost as f32;
-        self.stats.bytes = trees.bytes();
-        Structure::Wide { trees, groups, world, stack_size: StackSize::for_depth(depth) }
-    }
-
-    /// Builds and appends one tree; returns it with its cost.
-    fn wide_tree(
-        &self,
-        trees: &mut WideTrees,
-        input: &TreeInput,
-        cost: &dyn Fn(u32) -> f64,
-    ) -> (WideTree, f64) {
-        let vertices = |id: u32| triangle_vertices(&self.world, &self.primitives.names, id);
-        let source = BuildInput { bounds: &input.bounds, centers: &input.centers };
-        match build::build(source, self.options) {
-            Some(tree) => (layout::append_tree(trees, &tree, input, &vertices), tree.sah_cost(cost)),
-            None => (WideTree { root: None, depth: 0 }, 0.0),
-        }
+    #[inline(always)]
+    fn finish(&mut self, place: usize, search: &Nearest, _ended: bool) {
+        self.hits[place] = search.result().map(|found| self.accel.to_hit(&self.rays[place], &found));
     }
 }
 
-/// The vertices of a triangle, or of half a patch. Ids are given to those that have them; NaN, which nothing hits, stands
-/// for what cannot be.
-fn triangle_vertices(world: &World, names: &[PrimitiveName], id: u32) -> [Vec3; 3] {
-    let name = names[id as usize];
-    let found = match (world.geometries.get(name.geometry as usize), name.kind) {
-        (Some(Geometry::Triangles(mesh)), Kind::Triangle) => {
-            mesh.indices.get(name.primitive as usize).and_then(|&indices| vertices(&mesh.positions, indices))
-        }
-        (Some(Geometry::Patches(mesh)), kind) => mesh
-            .indices
-            .get(name.primitive as usize)
-            .and_then(|&indices| vertices(&mesh.positions, indices))
-            .map(|corners| {
-                patch::halves(&corners)[usize::from(matches!(kind, Kind::Half { upper: true, .. }))]
-            }),
-        _ => None,
-    };
-    found.unwrap_or([Vec3::splat(f32::NAN); 3])
+/// Whether anything lies on each ray of a slice.
+struct Occlusions<'a> {
+    occluded: &'a mut [bool],
+}
+
+impl Query for Occlusions<'_> {
+    type Search = Any;
+
+    #[inline(always)]
+    fn start(&self, limit: f32) -> Any {
+        Any { limit }
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, place: usize, _search: &Any, ended: bool) {
+        self.occluded[place] = ended;
+    }
 }

@@ -5,7 +5,7 @@
 //! that they may change with every processor generation while the queries stay: one ray or a slice of them, nearest
 //! hit or any.
 //!
-//! Triangles, and patches that are flat, are copied into blocks of four and tested four at a time by the watertight test of
+//! Triangles, and patches that are flat, are copied into blocks of eight and tested eight at a time by the watertight test of
 //! [`triangle`]. Boxes are tested conservatively. So no ray slips between two triangles that share an edge, and there is no
 //! epsilon anywhere: surface points carry error bounds, and rays that start outside them do not meet their own
 //! surface.
@@ -24,12 +24,14 @@
 //! ```
 
 mod accel;
+mod assembly;
 mod build;
 mod geometry;
 mod hit;
 mod instance;
 mod kernel;
 mod layout;
+mod names;
 mod options;
 mod primitive;
 mod stats;
@@ -40,6 +42,7 @@ mod world;
 pub use accel::Accel;
 pub use geometry::triangle;
 pub use hit::{Hit, SurfacePoint};
+pub use kernel::Tier;
 pub use options::{BuildOptions, Builder};
 pub use stats::Stats;
 pub use traverse::TraversalCount;

@@ -1,5 +1,7 @@
 //! How to build.
 
+use crate::kernel::Tier;
+
 /// Which builder makes the trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Builder {
@@ -23,10 +25,12 @@ pub struct BuildOptions {
     pub builder: Builder,
     /// Bins an axis of the binned builder, clamped to 2 … 32.
     pub bins: u32,
+    /// The instruction set of the queries; `None`, or one that this processor lacks, for the fastest that it has.
+    pub tier: Option<Tier>,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { builder: Builder::default(), bins: 16 }
+        Self { builder: Builder::default(), bins: 16, tier: None }
     }
 }

@@ -1,46 +1,29 @@
 //! From a world to the flat lists that builders and kernels work on; what cannot be hit is dropped here.
 
+use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
+use crate::build::{Extent, Reference};
 use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
+use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
 use crate::world::{Geometry, PatchMesh, TriangleMesh, World};
 
-/// Primitives beyond this count are dropped: node and leaf references hold their place in 27 bits.
+/// Primitives beyond this count are dropped: references in nodes hold their place in 29 bits, and the places of
+/// [`crate::layout`] count rows.
 const MAX_PRIMITIVES: usize = 1 << 27;
 
 /// Primitives that reach beyond this coordinate are dropped as if it were infinite: the tests square coordinates in `f32`.
 const MAX_COORDINATE: f32 = 1e18;
 
-/// Stands for no place among the quadrics.
-const NO_QUADRIC: u32 = u32::MAX;
-
-/// What a primitive is to the traversal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// A triangle of a mesh.
-    Triangle,
-    /// The half `p₀₀ p₁₁ p₀₁` (upper) or `p₀₀ p₁₀ p₁₁` of a planar patch.
-    Half { upper: bool, parallelogram: bool },
-    /// A patch that is not planar.
-    Patch,
-    /// A sphere, cylinder or disk.
-    Quadric,
-}
-
-/// The name of a primitive. Its place in the list is its id; ids ascend with (geometry, primitive).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PrimitiveName {
-    pub(crate) geometry: u32,
-    pub(crate) primitive: u32,
-    pub(crate) kind: Kind,
-}
+/// How many primitives one task prepares.
+const CHUNK: usize = 1 << 14;
 
 /// A primitive that a tree holds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Item {
     /// A triangle or half of a planar patch: an id.
     Triangle(u32),
@@ -62,77 +45,79 @@ pub(crate) struct CurvedPatch {
 /// All primitives of a world, whichever tree they stand in.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Primitives {
-    pub(crate) names: Vec<PrimitiveName>,
+    names: Names,
     pub(crate) patches: Vec<CurvedPatch>,
     pub(crate) quadrics: Vec<Quadric>,
-    /// For each geometry, its place in `quadrics`; [`NO_QUADRIC`] for others.
-    quadric_places: Vec<u32>,
-    /// For each geometry that is a mesh of patches, how they are traced.
-    patch_kinds: Vec<Vec<PatchKind>>,
     /// How many were left out.
     pub(crate) dropped: u64,
+    /// How many the trees hold.
+    collected: usize,
 }
 
-/// What one tree is built over: parallel lists.
-#[derive(Clone, Debug, Default)]
+/// What one tree is built over.
+#[derive(Clone, Debug)]
 pub(crate) struct TreeInput {
-    pub(crate) items: Vec<Item>,
-    pub(crate) bounds: Vec<Bounds3>,
-    pub(crate) centers: Vec<Vec3>,
+    pub(crate) references: Vec<Reference>,
+    pub(crate) extent: Extent,
 }
 
 impl TreeInput {
     /// The box about everything.
     pub(crate) fn total_bounds(&self) -> Bounds3 {
-        self.bounds.iter().copied().fold(Bounds3::EMPTY, Bounds3::union)
+        if self.references.is_empty() { Bounds3::EMPTY } else { self.extent.bounds.bounds() }
     }
 
-    fn push(&mut self, item: Item, bounds: Bounds3) {
-        self.items.push(item);
-        self.bounds.push(bounds);
-        self.centers.push(bounds.center());
+    fn push(&mut self, item: Item, bounds: &Bounds3) {
+        let reference = Reference::new(bounds, item);
+        self.extent = self.extent.including(&reference);
+        self.references.push(reference);
     }
 }
 
 impl Primitives {
-    /// No primitives yet, of a world with this many geometries.
-    pub(crate) fn for_geometries(count: usize) -> Self {
-        Self {
-            quadric_places: vec![NO_QUADRIC; count],
-            patch_kinds: vec![Vec::new(); count],
-            ..Self::default()
-        }
+    /// No primitives yet, of a world with these geometries.
+    pub(crate) fn for_geometries(geometries: &[Geometry]) -> Self {
+        Self { names: Names::new(geometries), ..Self::default() }
+    }
+
+    /// What the primitive with an id is called.
+    #[inline]
+    pub(crate) fn name(&self, id: u32) -> PrimitiveName {
+        self.names.name(id)
     }
 
     /// The prepared quadric of a geometry that is one.
     #[inline]
     pub(crate) fn quadric(&self, geometry: u32) -> Option<&Quadric> {
-        self.quadrics.get(*self.quadric_places.get(geometry as usize)? as usize)
+        match self.names.shape(geometry)? {
+            Shape::Quadric(Some(place)) => self.quadrics.get(*place as usize),
+            _ => None,
+        }
     }
 
     /// The memory of the lists in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        let lists = size_of_val(self.names.as_slice()) + size_of_val(self.patches.as_slice());
-        let kinds: usize = self.patch_kinds.iter().map(|kinds| size_of_val(kinds.as_slice())).sum();
-        (lists + kinds + size_of_val(self.quadrics.as_slice()) + size_of_val(self.quadric_places.as_slice()))
-            as u64
+        let lists = size_of_val(self.patches.as_slice()) + size_of_val(self.quadrics.as_slice());
+        self.names.bytes() + lists as u64
     }
 
     /// Collects the primitives of one set of geometries: those of the world or of one group.
     ///
     /// Indices out of range and repeated ones are left out; the former are counted.
     pub(crate) fn collect(&mut self, world: &World, geometries: &[u32]) -> TreeInput {
-        let mut input = TreeInput::default();
+        let mut input = TreeInput { references: Vec::new(), extent: Extent::EMPTY };
         let mut sorted = geometries.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
         for index in sorted {
+            let start = input.references.len();
             match world.geometries.get(index as usize) {
                 Some(Geometry::Triangles(mesh)) => self.collect_triangles(index, mesh, &mut input),
                 Some(Geometry::Patches(mesh)) => self.collect_patches(index, mesh, &mut input),
                 Some(quadric) => self.collect_quadric(index, quadric, &mut input),
                 None => self.dropped += 1,
             }
+            self.collected += input.references.len() - start;
         }
         input
     }
@@ -141,84 +126,125 @@ impl Primitives {
     pub(crate) fn collect_instances(&mut self, placed: &[PlacedGroup], input: &mut TreeInput) {
         for (place, group) in placed.iter().enumerate() {
             let bounds = group.bounds();
-            if bounds.is_empty() || !are_usable(&bounds) || self.is_full(input) {
+            if bounds.is_empty() || !are_usable(&bounds) || self.collected >= MAX_PRIMITIVES {
                 self.dropped += 1;
             } else {
-                input.push(Item::Instance(place as u32), bounds);
+                input.push(Item::Instance(place as u32), &bounds);
+                self.collected += 1;
             }
         }
     }
 
-    fn is_full(&self, input: &TreeInput) -> bool {
-        self.names.len() >= MAX_PRIMITIVES || input.items.len() >= MAX_PRIMITIVES
-    }
-
-    fn name(&mut self, geometry: u32, primitive: usize, kind: Kind) -> u32 {
-        let id = self.names.len() as u32;
-        self.names.push(PrimitiveName { geometry, primitive: primitive as u32, kind });
-        id
+    /// How many more primitives there may be.
+    fn space(&self) -> usize {
+        MAX_PRIMITIVES - self.collected
     }
 
     fn collect_triangles(&mut self, geometry: u32, mesh: &TriangleMesh, input: &mut TreeInput) {
-        self.names.reserve(mesh.indices.len());
-        input.items.reserve(mesh.indices.len());
-        for (primitive, indices) in mesh.indices.iter().enumerate() {
-            match vertices(&mesh.positions, *indices).filter(has_area) {
-                Some(vertices) if !self.is_full(input) => {
-                    let id = self.name(geometry, primitive, Kind::Triangle);
-                    input.push(Item::Triangle(id), Bounds3::from_points(vertices));
-                }
-                _ => self.dropped += 1,
-            }
+        let ids = self.names.ids(geometry);
+        let count = ids.len().min(self.space()).min(mesh.indices.len());
+        self.dropped += (mesh.indices.len() - count) as u64;
+        let prepare = |(offset, indices): (usize, &[u32; 3])| {
+            let item = Item::Triangle(ids.start + offset as u32);
+            let usable = vertices(&mesh.positions, *indices).filter(has_area);
+            usable.map_or(Reference::NONE, |vertices| Reference::around(vertices, item))
+        };
+        let indices = mesh.indices[..count].par_iter().with_min_len(CHUNK).enumerate();
+        let start = input.references.len();
+        if start == 0 {
+            indices.map(prepare).collect_into_vec(&mut input.references);
+        } else {
+            input.references.par_extend(indices.map(prepare));
         }
+        self.dropped += input.admit(start);
     }
 
     fn collect_patches(&mut self, geometry: u32, mesh: &PatchMesh, input: &mut TreeInput) {
+        let ids = self.names.ids(geometry);
         let mut kinds = Vec::with_capacity(mesh.indices.len());
         for (primitive, indices) in mesh.indices.iter().enumerate() {
             let corners = vertices(&mesh.positions, *indices);
             let kind = corners.map_or(PatchKind::Degenerate, |corners| patch::classify(&corners));
             kinds.push(kind);
+            let is_full = 2 * primitive + 1 >= ids.len() || input.references.len() + 2 > self.space();
+            let id = |upper: bool| ids.start + 2 * primitive as u32 + u32::from(upper);
             match (corners, kind) {
-                (Some(corners), PatchKind::Planar | PatchKind::Parallelogram) if !self.is_full(input) => {
-                    let parallelogram = kind == PatchKind::Parallelogram;
+                (Some(corners), PatchKind::Planar | PatchKind::Parallelogram) if !is_full => {
                     for (half, upper) in patch::halves(&corners).into_iter().zip([false, true]) {
                         if has_area(&half) {
-                            let id = self.name(geometry, primitive, Kind::Half { upper, parallelogram });
-                            input.push(Item::Triangle(id), Bounds3::from_points(half));
+                            input.push(Item::Triangle(id(upper)), &Bounds3::from_points(half));
                         }
                     }
                 }
-                (Some(corners), PatchKind::Curved) if !self.is_full(input) => {
-                    let id = self.name(geometry, primitive, Kind::Patch);
-                    input.push(Item::Patch(self.patches.len() as u32), patch::curved_bounds(&corners));
-                    self.patches.push(CurvedPatch { corners, id });
+                (Some(corners), PatchKind::Curved) if !is_full => {
+                    input.push(Item::Patch(self.patches.len() as u32), &patch::curved_bounds(&corners));
+                    self.patches.push(CurvedPatch { corners, id: id(false) });
                 }
                 _ => self.dropped += 1,
             }
         }
-        self.patch_kinds[geometry as usize] = kinds;
+        self.names.set_patch_kinds(geometry, kinds);
     }
 
     /// How a patch is traced.
     #[inline]
     pub(crate) fn patch_kind(&self, geometry: u32, primitive: u32) -> PatchKind {
-        let kinds = self.patch_kinds.get(geometry as usize);
-        kinds.and_then(|kinds| kinds.get(primitive as usize)).copied().unwrap_or(PatchKind::Degenerate)
+        match self.names.shape(geometry) {
+            Some(Shape::Patches(kinds)) => kinds.get(primitive as usize).copied(),
+            _ => None,
+        }
+        .unwrap_or(PatchKind::Degenerate)
     }
 
     fn collect_quadric(&mut self, geometry: u32, shape: &Geometry, input: &mut TreeInput) {
-        let id = self.names.len() as u32;
-        let prepared = Quadric::new(shape, id).map(|quadric| (quadric.bounds(), quadric));
+        let ids = self.names.ids(geometry);
+        let prepared = Quadric::new(shape, ids.start).map(|quadric| (quadric.bounds(), quadric));
         match prepared {
-            Some((bounds, quadric)) if are_usable(&bounds) && !self.is_full(input) => {
-                self.name(geometry, 0, Kind::Quadric);
-                self.quadric_places[geometry as usize] = self.quadrics.len() as u32;
-                input.push(Item::Quadric(self.quadrics.len() as u32), bounds);
+            Some((bounds, quadric)) if are_usable(&bounds) && !ids.is_empty() && self.space() > 0 => {
+                let place = self.quadrics.len() as u32;
+                self.names.set_quadric(geometry, place);
+                input.push(Item::Quadric(place), &bounds);
                 self.quadrics.push(quadric);
             }
             _ => self.dropped += 1,
         }
+    }
+
+    /// The vertices of a triangle, or of half a planar patch. Ids are given to those that have them; NaN, which nothing
+    /// hits, stands for what cannot be.
+    #[inline]
+    pub(crate) fn triangle(&self, world: &World, id: u32) -> [Vec3; 3] {
+        let name = self.name(id);
+        let primitive = name.primitive as usize;
+        let found = match world.geometries.get(name.geometry as usize) {
+            Some(Geometry::Triangles(mesh)) => {
+                mesh.indices.get(primitive).and_then(|&indices| vertices(&mesh.positions, indices))
+            }
+            Some(Geometry::Patches(mesh)) => (mesh.indices.get(primitive))
+                .and_then(|&indices| vertices(&mesh.positions, indices))
+                .map(|corners| patch::halves(&corners)[usize::from(name.is_upper())]),
+            _ => None,
+        };
+        found.unwrap_or([Vec3::splat(f32::NAN); 3])
+    }
+}
+
+impl TreeInput {
+    /// Takes the references from `start` on into the extent and removes those that are [`Reference::NONE`]; returns how many
+    /// these were.
+    fn admit(&mut self, start: usize) -> u64 {
+        let added = self.references[start..].par_chunks(CHUNK);
+        let extent = added.map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
+        self.extent = self.extent.union(extent);
+        let before = self.references.len();
+        let mut end = start;
+        for place in start..before {
+            let reference = self.references[place];
+            self.references[end] = reference;
+            end += usize::from(!reference.is_none());
+        }
+        self.references.truncate(end);
+        (before - self.references.len()) as u64
     }
 }
 
@@ -234,6 +260,7 @@ pub(crate) fn vertices<const N: usize>(positions: &[Vec3], indices: [u32; N]) ->
 }
 
 /// Whether a triangle has an area other than zero.
+#[inline]
 fn has_area(vertices: &[Vec3; 3]) -> bool {
     let [p0, p1, p2] = vertices.map(DVec3::from);
     let n = (p1 - p0).cross(p2 - p0);
@@ -255,7 +282,7 @@ impl Primitives {
     #[inline]
     pub(crate) fn patch_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let curved = &self.patches[place as usize];
-        patch::intersect(&ray.ray, &ray.shear, &curved.corners).map(|hit| Candidate {
+        patch::intersect(&ray.ray(), &ray.shear(), &curved.corners).map(|hit| Candidate {
             t: hit.t,
             id: curved.id,
             weights: [hit.u, hit.v],
@@ -266,6 +293,6 @@ impl Primitives {
     #[inline]
     pub(crate) fn quadric_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let quadric = &self.quadrics[place as usize];
-        quadric.intersect(&ray.ray).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
+        quadric.intersect(&ray.ray()).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
     }
 }

@@ -1,29 +1,37 @@
-//! Builders: how to split. They see boxes and centres only, never the objects, and all yield the same binary tree, from
-//! which every layout is converted.
+//! Builders: how to split. They see boxes only, never the objects, and all yield the same binary tree, from which every
+//! layout is converted.
 //!
-//! The tree is a function of the input alone: a subtree over `n` primitives owns `2 n − 1` consecutive node slots, so
-//! that threads write to places that are known beforehand, and bins are merged by minimum, maximum and integer sums, which
-//! no order changes.
+//! The tree is a function of the input alone: nodes stand in depth-first order, whoever wrote them, and bins are merged by
+//! minimum, maximum and integer sums, which no order changes.
 
 mod binned_sah;
 mod median;
+mod reference;
 mod split;
+mod sweep;
 
-use sahl_math::{Bounds3, Vec3};
+use sahl_math::Bounds3;
 
+use crate::kernel::{BLOCK_WIDTH, Tier};
 use crate::options::{BuildOptions, Builder};
+pub(crate) use reference::{Box8, Extent, Reference};
 
 /// No leaf lies deeper below the root. A split that would leave one side too many primitives for balanced splits to
 /// finish within the bound is replaced by a balanced one.
 pub(crate) const MAX_DEPTH: u32 = 64;
 
-/// A binary tree over primitives, in depth-first order with gaps.
-#[derive(Clone, Debug, PartialEq)]
+/// No leaf holds more: triangles that fill one block.
+pub(crate) const MAX_LEAF: usize = BLOCK_WIDTH;
+
+/// A binary tree over primitives in depth-first order.
+///
+/// A leaf holds triangles, at most [`MAX_LEAF`], or one primitive of another kind.
+#[derive(Clone, Debug)]
 pub(crate) struct BinaryTree {
     /// The root is node 0; the left child of node `i` is node `i + 1`.
     pub(crate) nodes: Vec<BinaryNode>,
-    /// Which primitive stands at each place of the leaves' ranges.
-    pub(crate) order: Vec<u32>,
+    /// The primitives in the order of the leaves.
+    pub(crate) references: Vec<Reference>,
 }
 
 /// A node of [`BinaryTree`].
@@ -31,70 +39,54 @@ pub(crate) struct BinaryTree {
 pub(crate) struct BinaryNode {
     /// The box about everything below.
     pub(crate) bounds: Bounds3,
-    /// Inner nodes: the right child. Leaves: the first place in [`BinaryTree::order`].
-    pub(crate) index: u32,
+    /// Inner nodes: how far behind this node the right child stands. Leaves: the first place among the references.
+    index: u32,
     /// Leaves: how many primitives; zero for inner nodes.
-    pub(crate) count: u32,
+    count: u32,
 }
 
 impl BinaryNode {
-    const UNUSED: Self = Self { bounds: Bounds3::EMPTY, index: 0, count: 0 };
+    fn leaf(bounds: Bounds3, first: usize, count: usize) -> Self {
+        Self { bounds, index: first as u32, count: count as u32 }
+    }
+
+    /// An inner node whose right child is not known yet.
+    fn inner(bounds: Bounds3) -> Self {
+        Self { bounds, index: 0, count: 0 }
+    }
+
+    fn set_right(&mut self, place: usize, right: usize) {
+        self.index = (right - place) as u32;
+    }
 
     #[inline]
     pub(crate) fn is_leaf(&self) -> bool {
         self.count > 0
     }
-}
 
-/// What a builder is given.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BuildInput<'a> {
-    /// Boxes: finite, not empty.
-    pub(crate) bounds: &'a [Bounds3],
-    /// Their middles.
-    pub(crate) centers: &'a [Vec3],
+    /// The places of an inner node's children, the node itself being at `place`.
+    #[inline]
+    pub(crate) fn children(&self, place: u32) -> [u32; 2] {
+        [place + 1, place + self.index]
+    }
+
+    /// The places of a leaf's references.
+    #[inline]
+    pub(crate) fn range(&self) -> std::ops::Range<usize> {
+        self.index as usize..(self.index + self.count) as usize
+    }
 }
 
 /// Builds a tree; `None` over no primitives, and for the brute-force list, which has no tree.
-pub(crate) fn build(input: BuildInput<'_>, options: &BuildOptions) -> Option<BinaryTree> {
-    if input.bounds.is_empty() {
+pub(crate) fn build(references: Vec<Reference>, options: &BuildOptions) -> Option<BinaryTree> {
+    if references.is_empty() {
         return None;
     }
+    let tier = options.tier.filter(|tier| tier.is_available()).unwrap_or_else(Tier::detect);
     match options.builder {
-        Builder::Median => Some(median::build(input)),
-        Builder::BinnedSah => Some(binned_sah::build(input, options.bins)),
+        Builder::Median => Some(median::build(references)),
+        Builder::BinnedSah => Some(binned_sah::build(references, options.bins, tier)),
         Builder::BruteForce => None,
-    }
-}
-
-impl BinaryTree {
-    /// The expected cost of a random ray that meets the root's box, in box tests: one an inner node, and the cost of its
-    /// primitives a leaf, each weighted by the chance `A / A_root` that the ray meets the node's box.
-    ///
-    /// Zero where the root has no area. Source: MacDonald, Booth, *Heuristics for Ray Tracing Using Space Subdivision*, The
-    /// Visual Computer 6(3), 1990.
-    pub(crate) fn sah_cost(&self, primitive_cost: impl Fn(u32) -> f64) -> f64 {
-        let area = |bounds: &Bounds3| {
-            let [x, y, z]: [f32; 3] = bounds.diagonal().into();
-            let [x, y, z] = [x, y, z].map(f64::from);
-            x * y + y * z + z * x
-        };
-        let Some(root) = self.nodes.first().map(|root| area(&root.bounds)).filter(|&root| root > 0.0) else {
-            return 0.0;
-        };
-        let mut cost = 0.0;
-        let mut pending = vec![0_u32];
-        while let Some(place) = pending.pop() {
-            let node = &self.nodes[place as usize];
-            if node.is_leaf() {
-                let places = &self.order[node.index as usize..(node.index + node.count) as usize];
-                cost += area(&node.bounds) * places.iter().map(|&place| primitive_cost(place)).sum::<f64>();
-            } else {
-                cost += area(&node.bounds);
-                pending.extend([node.index, place + 1]);
-            }
-        }
-        cost / root
     }
 }
 

@@ -1,41 +1,15 @@
-//! What the builders share: the working copy of a primitive, the recursion over slices, and the bound on the depth.
+//! What the top-down builders share: the recursion over slices, leaves of one kind, and the bound on the depth.
 
-use sahl_math::{Bounds3, Vec3};
-
-use super::{BinaryNode, BinaryTree, BuildInput, MAX_DEPTH};
+use super::reference::{Extent, Reference};
+use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF};
 
 /// Ranges of at least this many primitives are split by two threads.
-const PARALLEL_RECURSION: usize = 4096;
-
-/// A primitive as the builders move it about: next to each other in memory, which counts more than its size.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reference {
-    pub(super) bounds: Bounds3,
-    pub(super) center: Vec3,
-    pub(super) place: u32,
-}
-
-/// The boxes about a range of primitives and about their centres.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    pub(super) bounds: Bounds3,
-    pub(super) centers: Bounds3,
-}
-
-impl Extent {
-    pub(super) const EMPTY: Self = Self { bounds: Bounds3::EMPTY, centers: Bounds3::EMPTY };
-
-    pub(super) fn of(references: &[Reference]) -> Self {
-        references.iter().fold(Self::EMPTY, |extent, reference| Self {
-            bounds: extent.bounds.union(reference.bounds),
-            centers: extent.centers.including(reference.center),
-        })
-    }
-}
+const PARALLEL_RECURSION: usize = 1 << 13;
 
 /// How a builder splits a range of at least two references.
 pub(super) trait Splitter: Sync {
-    /// Reorders the range and returns how many go to the left, with the extents of both sides; `None` for a leaf.
+    /// Reorders the range and returns how many go to the left, with the extents of both sides; `None` for a leaf, which
+    /// is allowed for at most [`MAX_LEAF`] references.
     fn split(&self, references: &mut [Reference], extent: &Extent) -> Option<Halves>;
 }
 
@@ -56,68 +30,63 @@ impl Halves {
 }
 
 /// Builds a tree over at least one primitive.
-pub(super) fn build_tree(input: BuildInput<'_>, splitter: &impl Splitter) -> BinaryTree {
-    let mut references: Vec<Reference> = (input.bounds.iter().zip(input.centers).zip(0..))
-        .map(|((&bounds, &center), place)| Reference { bounds, center, place })
-        .collect();
-    let extent = Extent::of(&references);
-    let mut nodes = vec![BinaryNode::UNUSED; 2 * references.len() - 1];
-    Range { references: &mut references, nodes: &mut nodes, first: 0, slot: 0, depth: 0, extent }
-        .build(splitter);
-    BinaryTree { nodes, order: references.iter().map(|reference| reference.place).collect() }
+pub(super) fn build_tree(mut references: Vec<Reference>, splitter: &impl Splitter) -> BinaryTree {
+    let extent = extent_of(&references);
+    let mut nodes = Vec::with_capacity(references.len() / 2);
+    Range { references: &mut references, first: 0, depth: 0, extent }.build(splitter, &mut nodes);
+    BinaryTree { nodes, references }
 }
 
-/// A range of primitives with the node slots that belong to it.
+/// [`Extent::of`] on all cores.
+fn extent_of(references: &[Reference]) -> Extent {
+    use rayon::prelude::*;
+    references.par_chunks(1 << 14).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union)
+}
+
+/// A range of references to build a subtree over.
 struct Range<'a> {
     references: &'a mut [Reference],
-    nodes: &'a mut [BinaryNode],
-    /// The place of the first reference in the tree's order.
+    /// The place of the first reference among those of the tree.
     first: usize,
-    /// The place of the first node in the tree.
-    slot: usize,
     depth: u32,
     extent: Extent,
 }
 
-impl Range<'_> {
-    fn build(self, splitter: &impl Splitter) {
+impl<'a> Range<'a> {
+    /// Appends the subtree to `nodes`.
+    fn build(mut self, splitter: &impl Splitter, nodes: &mut Vec<BinaryNode>) {
         let count = self.references.len();
         let halves = if count > 1 { splitter.split(self.references, &self.extent) } else { None };
-        let Some(halves) = halves else {
-            self.nodes[0] =
-                BinaryNode { bounds: self.extent.bounds, index: self.first as u32, count: count as u32 };
+        let Some(halves) = halves.or_else(|| self.separate_kinds()) else {
+            nodes.push(BinaryNode::leaf(self.extent.bounds.bounds(), self.first, count));
             return;
         };
-        let halves = self.within_depth(halves);
-        let left_count = halves.left_count;
-        let (node, below) = self.nodes.split_first_mut().expect("a range owns at least one slot");
-        let (left_nodes, right_nodes) = below.split_at_mut(2 * left_count - 1);
-        let (left_references, right_references) = self.references.split_at_mut(left_count);
-        let depth = self.depth + 1;
-        *node =
-            BinaryNode { bounds: self.extent.bounds, index: (self.slot + 2 * left_count) as u32, count: 0 };
-        let left = Range {
-            references: left_references,
-            nodes: left_nodes,
-            first: self.first,
-            slot: self.slot + 1,
-            depth,
-            extent: halves.left,
-        };
-        let right = Range {
-            references: right_references,
-            nodes: right_nodes,
-            first: self.first + left_count,
-            slot: self.slot + 2 * left_count,
-            depth,
-            extent: halves.right,
-        };
+        let place = nodes.len();
+        nodes.push(BinaryNode::inner(self.extent.bounds.bounds()));
+        let [left, right] = self.halve(halves);
         if count >= PARALLEL_RECURSION {
-            rayon::join(|| left.build(splitter), || right.build(splitter));
+            let mut appended = Vec::new();
+            rayon::join(|| left.build(splitter, nodes), || right.build(splitter, &mut appended));
+            let right_place = nodes.len();
+            nodes[place].set_right(place, right_place);
+            nodes.append(&mut appended);
         } else {
-            left.build(splitter);
-            right.build(splitter);
+            left.build(splitter, nodes);
+            let right_place = nodes.len();
+            nodes[place].set_right(place, right_place);
+            right.build(splitter, nodes);
         }
+    }
+
+    fn halve(self, halves: Halves) -> [Range<'a>; 2] {
+        let halves = self.within_depth(halves);
+        let (left, right) = self.references.split_at_mut(halves.left_count);
+        let depth = self.depth + 1;
+        let first = self.first + halves.left_count;
+        [
+            Range { references: left, first: self.first, depth, extent: halves.left },
+            Range { references: right, first, depth, extent: halves.right },
+        ]
     }
 
     /// The halves, or two of equal size where one is too large for balanced splits to end above [`MAX_DEPTH`].
@@ -129,9 +98,22 @@ impl Range<'_> {
         }
         Halves::of(self.references, count.div_ceil(2))
     }
+
+    /// Splits a range that would be a leaf, unless it holds triangles only or one other primitive: triangles apart from the
+    /// others, and these in the middle.
+    fn separate_kinds(&mut self) -> Option<Halves> {
+        let count = self.references.len();
+        debug_assert!(count <= MAX_LEAF, "a leaf of {count} references");
+        if count <= 1 || self.references.iter().all(Reference::is_triangle) {
+            return None;
+        }
+        self.references.sort_unstable_by_key(Reference::key);
+        let triangles = self.references.partition_point(Reference::is_triangle);
+        Some(Halves::of(self.references, if triangles > 0 { triangles } else { count.div_ceil(2) }))
+    }
 }
 
-/// The depth of a balanced tree over `count` primitives.
+/// The depth of a balanced tree over `count` primitives, with what separating kinds in a leaf may add.
 fn balanced_depth(count: usize) -> u32 {
-    count.next_power_of_two().trailing_zeros()
+    count.next_power_of_two().trailing_zeros() + 1
 }

@@ -1,9 +1,14 @@
 use sahl_math::{Bounds3, Vec3};
 
 use super::*;
+use crate::primitive::Item;
 
 fn boxes(centers: &[Vec3], half: f32) -> Vec<Bounds3> {
     centers.iter().map(|&c| Bounds3 { min: c - Vec3::splat(half), max: c + Vec3::splat(half) }).collect()
+}
+
+fn triangles(bounds: &[Bounds3]) -> Vec<Reference> {
+    bounds.iter().zip(0..).map(|(bounds, id)| Reference::new(bounds, Item::Triangle(id))).collect()
 }
 
 fn scattered(count: usize) -> Vec<Vec3> {
@@ -22,55 +27,61 @@ fn options(builder: Builder) -> BuildOptions {
 const TREES: [Builder; 2] = [Builder::Median, Builder::BinnedSah];
 
 /// Checks the shape of a tree and returns its depth.
-fn check(tree: &BinaryTree, bounds: &[Bounds3]) -> u32 {
-    let mut seen = vec![false; bounds.len()];
+fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
+    let mut missing: Vec<_> = input.iter().map(Reference::key).collect();
+    missing.sort_unstable();
+    let mut found = Vec::new();
     let mut pending = vec![(0_u32, 0_u32)];
-    let mut deepest = 0;
+    let (mut deepest, mut visited) = (0, 0);
     while let Some((place, depth)) = pending.pop() {
         deepest = deepest.max(depth);
+        visited += 1;
         let node = &tree.nodes[place as usize];
         if node.is_leaf() {
-            let mut total = Bounds3::EMPTY;
-            for &primitive in &tree.order[node.index as usize..(node.index + node.count) as usize] {
-                assert!(!std::mem::replace(&mut seen[primitive as usize], true), "{primitive} stands twice");
-                total = total.union(bounds[primitive as usize]);
-            }
-            assert_eq!(total, node.bounds);
+            let references = &tree.references[node.range()];
+            assert!(references.len() <= MAX_LEAF);
+            assert!(references.len() == 1 || references.iter().all(Reference::is_triangle));
+            let total = references.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
+            assert_eq!(total.bounds(), node.bounds);
+            found.extend(references.iter().map(Reference::key));
         } else {
-            let [left, right] = [place + 1, node.index].map(|child| tree.nodes[child as usize].bounds);
+            let children = node.children(place);
+            let [left, right] = children.map(|child| tree.nodes[child as usize].bounds);
             assert_eq!(left.union(right), node.bounds);
-            pending.extend([(place + 1, depth + 1), (node.index, depth + 1)]);
+            pending.extend(children.map(|child| (child, depth + 1)));
         }
     }
-    assert!(seen.iter().all(|&seen| seen), "a primitive is missing");
+    found.sort_unstable();
+    assert!(found == missing, "the tree holds something else than it was built over");
+    assert_eq!(visited, tree.nodes.len(), "a node hangs nowhere");
     assert!(deepest <= MAX_DEPTH, "{deepest}");
     deepest
 }
 
-fn built(builder: Builder, centers: &[Vec3], bounds: &[Bounds3]) -> BinaryTree {
-    build(BuildInput { bounds, centers }, &options(builder)).expect("there are primitives")
+fn built(builder: Builder, bounds: &[Bounds3]) -> BinaryTree {
+    build(triangles(bounds), &options(builder)).expect("there are primitives")
+}
+
+fn depth(builder: Builder, bounds: &[Bounds3]) -> u32 {
+    check(&built(builder, bounds), &triangles(bounds))
 }
 
 #[test]
 fn trees_hold_everything_once_in_tight_boxes() {
-    for count in [1, 2, 3, 4, 5, 8, 9, 100, 5000] {
-        let centers = scattered(count);
-        let bounds = boxes(&centers, 0.01);
+    for count in (1..40).chain([63, 64, 65, 100, 5000]) {
+        let bounds = boxes(&scattered(count), 0.01);
         for builder in TREES {
-            let tree = built(builder, &centers, &bounds);
-            let depth = check(&tree, &bounds);
-            assert!(count < 100 || depth < 30);
+            assert!(depth(builder, &bounds) < 30);
         }
     }
-    assert_eq!(build(BuildInput { bounds: &[], centers: &[] }, &options(Builder::BinnedSah)), None);
+    assert!(build(Vec::new(), &options(Builder::BinnedSah)).is_none());
 }
 
 #[test]
 fn primitives_at_one_place_are_halved() {
-    let centers = vec![Vec3::splat(0.25); 5000];
-    let bounds = boxes(&centers, 0.5);
+    let bounds = boxes(&[Vec3::splat(0.25); 5000], 0.5);
     for builder in TREES {
-        let depth = check(&built(builder, &centers, &bounds), &bounds);
+        let depth = depth(builder, &bounds);
         assert!((9..=13).contains(&depth), "{builder:?}: {depth}");
     }
 }
@@ -82,40 +93,66 @@ fn the_depth_is_bounded_where_each_split_takes_one_off() {
     let bounds: Vec<Bounds3> =
         centers.iter().map(|&c| Bounds3 { min: c * 0.99, max: c * 1.01 + Vec3::splat(1e-9) }).collect();
     for builder in TREES {
-        check(&built(builder, &centers, &bounds), &bounds);
+        depth(builder, &bounds);
     }
-    let input = BuildInput { bounds: &bounds, centers: &centers };
-    check(
-        &build(input, &BuildOptions { builder: Builder::BinnedSah, bins: 2 }).expect("primitives"),
-        &bounds,
-    );
+    let few_bins = BuildOptions { bins: 2, ..BuildOptions::default() };
+    check(&build(triangles(&bounds), &few_bins).expect("primitives"), &triangles(&bounds));
 }
 
 #[test]
 fn extreme_extents_end_in_balanced_trees() {
-    let centers: Vec<Vec3> = scattered(300).into_iter().map(|p| p * 1e18).collect();
-    let huge = boxes(&centers, 1e18);
-    let flat: Vec<Bounds3> = centers.iter().map(|&c| Bounds3 { min: c, max: c }).collect();
+    let centers: Vec<Vec3> = scattered(300).into_iter().map(|p| p * 1e17).collect();
     let line: Vec<Vec3> = centers.iter().map(|c| Vec3::new(c.x, 0.0, 0.0)).collect();
     for builder in TREES {
-        check(&built(builder, &centers, &huge), &huge);
-        check(&built(builder, &centers, &flat), &flat);
-        let thin = boxes(&line, 0.0);
-        check(&built(builder, &line, &thin), &thin);
+        for bounds in [boxes(&centers, 1e18), boxes(&centers, 0.0), boxes(&line, 0.0), boxes(&line, 1e-30)] {
+            assert!(depth(builder, &bounds) < 20);
+        }
     }
 }
 
 #[test]
-fn the_tree_does_not_depend_on_the_number_of_threads() {
-    let centers = scattered(200_000);
-    let bounds = boxes(&centers, 0.001);
+fn leaves_hold_one_kind() {
+    let bounds = boxes(&scattered(700), 0.05);
+    let item = |i: u32| match i % 5 {
+        0 => Item::Patch(i),
+        1 => Item::Quadric(i),
+        2 => Item::Instance(i),
+        _ => Item::Triangle(i),
+    };
+    let input: Vec<Reference> =
+        bounds.iter().zip(0..).map(|(bounds, i)| Reference::new(bounds, item(i))).collect();
     for builder in TREES {
-        let trees = [1, 2, 5].map(|threads| {
+        let tree = build(input.clone(), &options(builder)).expect("there are primitives");
+        check(&tree, &input);
+        let mut items: Vec<u32> = tree.references.iter().map(|one| one.place()).collect();
+        assert!(tree.references.iter().all(|one| one.item() == item(one.place())));
+        items.sort_unstable();
+        assert!(items.into_iter().eq(0..700));
+    }
+}
+
+#[test]
+fn the_tree_depends_on_neither_threads_nor_instruction_set() {
+    let bounds = boxes(&scattered(200_000), 0.001);
+    for builder in TREES {
+        let tree_of = |threads, tier| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            pool.install(|| built(builder, &centers, &bounds))
-        });
-        assert!(trees[0] == trees[1] && trees[1] == trees[2], "{builder:?}");
-        check(&trees[0], &bounds);
+            let options = BuildOptions { tier: Some(tier), ..options(builder) };
+            let tree = pool.install(|| build(triangles(&bounds), &options)).expect("there are primitives");
+            let order: Vec<_> = tree.references.iter().map(Reference::key).collect();
+            (tree, order)
+        };
+        let first = tree_of(1, Tier::Scalar);
+        check(&first.0, &triangles(&bounds));
+        for threads in [1, 2, 5] {
+            for tier in Tier::ALL.into_iter().filter(|tier| tier.is_available()) {
+                let other = tree_of(threads, tier);
+                assert!(
+                    first.0.nodes == other.0.nodes && first.1 == other.1,
+                    "{builder:?} {threads} {tier:?}"
+                );
+            }
+        }
     }
 }
 
@@ -130,19 +167,8 @@ fn the_heuristic_pays_off_on_uneven_sizes() {
             Bounds3 { min: c - half, max: c + half }
         })
         .collect();
-    let cost = |builder| built(builder, &centers, &bounds).sah_cost(|_| 1.0);
+    let cost =
+        |builder| built(builder, &bounds).nodes.iter().map(|node| node.bounds.half_area()).sum::<f32>();
     let (median, sah) = (cost(Builder::Median), cost(Builder::BinnedSah));
     assert!(sah < 0.8 * median, "SAH {sah}, median {median}");
-}
-
-#[test]
-fn the_cost_of_a_known_tree() {
-    // Two unit cubes side by side, each a leaf: one inner node of area 5 (halved), two leaves of area 3.
-    let centers = [Vec3::splat(0.5), Vec3::new(1.5, 0.5, 0.5)];
-    let bounds = boxes(&centers, 0.5);
-    let leaf = |index: usize| BinaryNode { bounds: bounds[index], index: index as u32, count: 1 };
-    let root = BinaryNode { bounds: bounds[0].union(bounds[1]), index: 2, count: 0 };
-    let tree = BinaryTree { nodes: vec![root, leaf(0), leaf(1)], order: vec![0, 1] };
-    assert_eq!(tree.sah_cost(|_| 1.0), 1.0 + (3.0 + 3.0) / 5.0);
-    assert_eq!(tree.sah_cost(|_| 10.0), 1.0 + 10.0 * (3.0 + 3.0) / 5.0);
 }

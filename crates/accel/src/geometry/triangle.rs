@@ -28,11 +28,20 @@ pub struct TriangleHit {
     pub b2: f32,
 }
 
+/// An axis of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
 /// The shear that takes a ray's direction to the unit vector of its dominant axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
     /// Which axes become x, y and z; z is the one along which the direction is longest.
-    pub(crate) axes: [usize; 3],
+    pub(crate) axes: [Axis; 3],
     /// Shear of x along z, of y along z, and the scale of z.
     pub(crate) factors: [f32; 3],
 }
@@ -46,15 +55,17 @@ impl Shear {
         let [x, y, z] = d.map(f32::abs);
         let (larger, axis) = if y > x { (y, 1) } else { (x, 0) };
         let axis = if z > larger { 2 } else { axis };
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][axis];
-        let scale = 1.0 / d[axes[2]];
-        Self { axes, factors: [d[axes[0]] * scale, d[axes[1]] * scale, scale] }
+        let axes =
+            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]][axis];
+        let [x, y, z] = axes.map(|axis| d[axis as usize]);
+        let scale = 1.0 / z;
+        Self { axes, factors: [x * scale, y * scale, scale] }
     }
 
     /// A vertex, relative to the ray's origin, in the sheared space: the ray runs from zero along +z.
     #[inline]
     pub(crate) fn apply(&self, relative: Vec3) -> [f32; 3] {
-        let [x, y, z] = self.axes.map(|axis| relative[axis]);
+        let [x, y, z] = self.axes.map(|axis| relative[axis as usize]);
         let [sx, sy, sz] = self.factors;
         [x - sx * z, y - sy * z, sz * z]
     }

@@ -1,152 +1,164 @@
-//! Four triangles with their vertices, and the watertight test on all four.
+//! Eight triangles with their vertices, and the watertight test on all eight.
 
 use sahl_math::{Ray, Vec3};
 
-use super::F32x4;
-use crate::geometry::triangle::{self, Shear};
+use super::WIDTH;
+use super::bundle::Frustum;
+use super::isa::{Isa, Lanes, Row};
+use super::node::{EMPTY_NODE, Node};
+use super::watertight::{BlockHit, RayLanes, Relative};
+use crate::geometry::triangle::Shear;
 
 /// Triangles of a block.
-pub(crate) const BLOCK_WIDTH: usize = 4;
+pub(crate) const BLOCK_WIDTH: usize = WIDTH;
 
-/// Copies of four triangles' vertices as a structure of arrays. A lane without a triangle holds NaN, which nothing hits.
-#[derive(Clone, Debug)]
-#[repr(C, align(16))]
-pub(crate) struct TriangleBlock {
-    /// Axis, vertex, lane.
-    coordinates: [[[f32; BLOCK_WIDTH]; 3]; 3],
-    ids: [u32; BLOCK_WIDTH],
-}
+/// Rows of a block.
+pub(crate) const BLOCK_ROWS: usize = 10;
 
-/// A hit with one lane of a block.
+const IDS: usize = 9;
+
+/// Copies of eight triangles' vertices as a structure of arrays. A lane without a triangle holds NaN, which nothing hits.
+///
+/// Rows: x of vertices 0, 1, 2, then y, then z, then the bits of the ids.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockHit {
-    pub(crate) t: f32,
-    pub(crate) b1: f32,
-    pub(crate) b2: f32,
-    pub(crate) id: u32,
+pub(crate) struct TriangleBlock<'a>(pub(crate) &'a [Row; BLOCK_ROWS]);
+
+/// A block without triangles.
+pub(crate) const EMPTY_BLOCK: [Row; BLOCK_ROWS] = {
+    let mut rows = [Row::splat(f32::NAN); BLOCK_ROWS];
+    rows[IDS] = Row::splat(f32::from_bits(u32::MAX));
+    rows
+};
+
+/// Writes a triangle into a lane of a block.
+pub(crate) fn set_triangle(block: &mut [Row; BLOCK_ROWS], lane: usize, vertices: [Vec3; 3], id: u32) {
+    for axis in 0..3 {
+        for (i, vertex) in vertices.iter().enumerate() {
+            block[3 * axis + i].0[lane] = vertex[axis];
+        }
+    }
+    block[IDS].0[lane] = f32::from_bits(id);
 }
 
-impl TriangleBlock {
-    /// A block without triangles.
-    pub(crate) fn empty() -> Self {
-        Self { coordinates: [[[f32::NAN; BLOCK_WIDTH]; 3]; 3], ids: [u32::MAX; BLOCK_WIDTH] }
-    }
+/// A ray prepared for [`TriangleBlock::intersect`]: coordinates in the order of [`Shear::axes`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockRay {
+    pub(crate) ray: Ray,
+    pub(crate) shear: Shear,
+    origin: [f32; 3],
+    rows: [AxisRows; 3],
+}
 
-    pub(crate) fn set(&mut self, lane: usize, vertices: [Vec3; 3], id: u32) {
-        for (axis, rows) in self.coordinates.iter_mut().enumerate() {
-            for (row, vertex) in rows.iter_mut().zip(vertices) {
-                row[lane] = vertex[axis];
-            }
-        }
-        self.ids[lane] = id;
-    }
+/// The first of three rows, as the distance in bytes from the beginning of the block.
+#[derive(Clone, Copy, Debug)]
+#[repr(u8)]
+enum AxisRows {
+    X = 0,
+    Y = 96,
+    Z = 192,
+}
 
-    /// How many triangles it holds.
-    pub(crate) fn len(&self) -> u64 {
-        self.ids.iter().filter(|&&id| id != u32::MAX).count() as u64
-    }
+const _: () = assert!(AxisRows::Z as usize == 6 * size_of::<Row>());
 
-    fn vertices(&self, lane: usize) -> [Vec3; 3] {
-        let [x, y, z] = &self.coordinates;
-        std::array::from_fn(|vertex| Vec3::new(x[vertex][lane], y[vertex][lane], z[vertex][lane]))
-    }
-
-    /// Calls `found` for each triangle hit strictly between `ray.t_min` and infinity and at or before `t_max`, in the order
-    /// of lanes, until it returns true; returns whether it did.
-    ///
-    /// The arithmetic is that of [`triangle::intersect`], operation by operation.
+impl BlockRay {
     #[inline(always)]
-    pub(crate) fn intersect(
-        &self,
-        ray: &Ray,
-        shear: &Shear,
-        t_max: f32,
+    pub(crate) fn new(ray: &Ray) -> Self {
+        let shear = Shear::new(ray.direction);
+        let origin: [f32; 3] = ray.origin.into();
+        let rows = [AxisRows::X, AxisRows::Y, AxisRows::Z];
+        Self {
+            ray: *ray,
+            shear,
+            origin: shear.axes.map(|axis| origin[axis as usize]),
+            rows: shear.axes.map(|axis| rows[axis as usize]),
+        }
+    }
+}
+
+impl TriangleBlock<'_> {
+    /// How many triangles it holds.
+    pub(crate) fn len(self) -> u64 {
+        self.0[IDS].0.iter().filter(|id| id.to_bits() != u32::MAX).count() as u64
+    }
+
+    pub(crate) fn id(self, lane: usize) -> u32 {
+        self.0[IDS].0[lane].to_bits()
+    }
+
+    pub(crate) fn vertices(self, lane: usize) -> [Vec3; 3] {
+        let coordinate = |axis: usize, vertex: usize| self.0[3 * axis + vertex].0[lane];
+        std::array::from_fn(|i| Vec3::new(coordinate(0, i), coordinate(1, i), coordinate(2, i)))
+    }
+
+    /// Calls `found` for each triangle hit strictly between `t_min` and infinity and at or before `limit`, in the order
+    /// of lanes, until it returns true; returns whether it did.
+    #[inline(always)]
+    pub(crate) fn intersect<I: Isa>(
+        self,
+        isa: I,
+        ray: &BlockRay,
+        limit: f32,
         mut found: impl FnMut(BlockHit) -> bool,
     ) -> bool {
-        let [kx, ky, kz] = shear.axes;
-        let [sx, sy, sz] = shear.factors.map(F32x4::splat);
-        let origin: [f32; 3] = ray.origin.into();
-        let relative = |axis: usize| {
-            let base = F32x4::splat(origin[axis]);
-            let rows = &self.coordinates[axis];
-            [F32x4::load(&rows[0]) - base, F32x4::load(&rows[1]) - base, F32x4::load(&rows[2]) - base]
+        let [sx, sy, sz] = ray.shear.factors;
+        let lanes = RayLanes {
+            factors: [isa.splat(sx), isa.splat(sy), isa.splat(sz)],
+            t_min: isa.splat(ray.ray.t_min),
+            limit: isa.splat(limit),
         };
-        let (x, y, z) = (relative(kx), relative(ky), relative(kz));
-        let shear_x = |i: usize| x[i] - sx * z[i];
-        let shear_y = |i: usize| y[i] - sy * z[i];
-        let (ax, bx, cx) = (shear_x(0), shear_x(1), shear_x(2));
-        let (ay, by, cy) = (shear_y(0), shear_y(1), shear_y(2));
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
-        let zero = F32x4::splat(0.0);
-        let (lowest, highest) = (u.min(v).min(w), u.max(v).max(w));
-        // Padding is NaN in all three and fails both comparisons.
-        let inside = zero.less_or_equal(lowest) | highest.less_or_equal(zero);
-        if inside == 0 {
-            return false;
-        }
-        let (az, bz, cz) = (sz * z[0], sz * z[1], sz * z[2]);
-        let det = u + v + w;
-        let reciprocal = det.reciprocal();
-        let t = (u * az + v * bz + w * cz) * reciprocal;
-        let t_min = F32x4::splat(ray.t_min);
-        let in_front = zero.less(az.max(bz).max(cz));
-        let straddling = inside & in_front & az.min(bz).min(cz).less_or_equal(zero);
-        let on_edge = inside & in_front & (u.equal(zero) | v.equal(zero) | w.equal(zero));
-        let mut doubtful = 0;
-        if straddling != 0 {
-            let largest = |rows: [F32x4; 3]| rows[0].abs().max(rows[1].abs()).max(rows[2].abs());
-            let reach = largest(x).max(largest(y)).max(largest(z));
-            let scale = F32x4::splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * reciprocal.abs();
-            let margin = (scale + F32x4::splat(triangle::MARGIN_DEPTH)) * (reach * sz.abs());
-            doubtful = straddling & (t - t_min).abs().less_or_equal(margin);
-        }
-        let in_interval = in_front & t_min.less(t) & t.less_or_equal(F32x4::splat(t_max));
-        let mut lanes = inside & in_interval | doubtful | on_edge;
-        if lanes == 0 {
-            return false;
-        }
-        let special = doubtful | on_edge;
-        let (ts, b1s, b2s) = (t.to_array(), (v * reciprocal).to_array(), (w * reciprocal).to_array());
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % BLOCK_WIDTH;
-            lanes &= lanes - 1;
-            let mut hit = BlockHit { t: ts[lane], b1: b1s[lane], b2: b2s[lane], id: self.ids[lane] };
-            if special >> lane & 1 == 1 {
-                match self.decide(ray, shear, (lane, on_edge >> lane & 1 == 1), hit) {
-                    Some(decided) if decided.t <= t_max => hit = decided,
-                    _ => continue,
-                }
-            }
-            if found(hit) {
+        let solved = self.relative_to(isa, ray).solve(isa, &lanes);
+        let mut hits = solved.lanes;
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize % BLOCK_WIDTH;
+            hits &= hits - 1;
+            let triangle = (self.id(lane), || self.vertices(lane));
+            if solved.hit(lane, &ray.ray, limit, triangle).is_some_and(&mut found) {
                 return true;
             }
         }
         false
     }
 
-    /// The hit with a lane for which `f32` is not enough: because an edge function is zero, or because the sign of the
-    /// parameter is in doubt.
-    #[inline(never)]
-    fn decide(
-        &self,
-        ray: &Ray,
-        shear: &Shear,
-        (lane, on_edge): (usize, bool),
-        hit: BlockHit,
-    ) -> Option<BlockHit> {
-        let vertices = self.vertices(lane);
-        let decided = if on_edge {
-            triangle::intersect_sheared(ray, shear, vertices).map(|exact| BlockHit {
-                t: exact.t,
-                b1: exact.b1,
-                b2: exact.b2,
-                ..hit
-            })?
-        } else {
-            BlockHit { t: triangle::plane_parameter(ray, vertices).unwrap_or(hit.t), ..hit }
-        };
-        (decided.t > ray.t_min).then_some(decided)
+    /// The triangles that any ray of a bundle may hit before `reach`, one bit each.
+    #[inline(always)]
+    pub(crate) fn candidates<I: Isa>(self, isa: I, frustum: &Frustum, reach: f32) -> u32 {
+        let mut boxes = EMPTY_NODE;
+        for axis in 0..3 {
+            let [p0, p1, p2] = [0, 1, 2].map(|i| &self.0[3 * axis + i]);
+            let (p0, p1, p2) = (isa.load(p0), isa.load(p1), isa.load(p2));
+            boxes[axis] = Row(p0.min(p1).min(p2).to_array());
+            boxes[axis + 3] = Row(p0.max(p1).max(p2).to_array());
+        }
+        let interval = frustum.interval(isa, Node(&boxes), reach);
+        // Padding is NaN, which is not equal to itself.
+        let padding = isa.load(&self.0[0]);
+        interval.enter.less_or_equal(interval.exit) & padding.equal(padding)
+    }
+
+    /// The vertices relative to the ray's origin, in the order of the ray's axes.
+    #[inline(always)]
+    fn relative_to<I: Isa>(self, isa: I, ray: &BlockRay) -> Relative<I::F32> {
+        Relative {
+            x: self.relative(isa, ray, 0),
+            y: self.relative(isa, ray, 1),
+            z: self.relative(isa, ray, 2),
+        }
+    }
+
+    #[inline(always)]
+    fn relative<I: Isa>(self, isa: I, ray: &BlockRay, axis: usize) -> [I::F32; 3] {
+        let [p0, p1, p2] = self.vertex_rows(ray.rows[axis]);
+        let base = isa.splat(ray.origin[axis]);
+        [isa.load(p0) - base, isa.load(p1) - base, isa.load(p2) - base]
+    }
+
+    #[inline(always)]
+    #[expect(
+        unsafe_code,
+        reason = "three multiplications and comparisons a block, before anything can be loaded"
+    )]
+    fn vertex_rows(&self, axis: AxisRows) -> &[Row; 3] {
+        // SAFETY: each value is the distance of one of the first three triples of ten rows.
+        unsafe { &*self.0.as_ptr().byte_add(axis as usize).cast() }
     }
 }

@@ -1,18 +1,30 @@
-//! Four lanes at a time: the vector type and the two tests that run on it.
+//! Eight lanes at a time: the instruction sets, and the two tests that run on them.
 //!
-//! Each processor family has its own implementation of [`F32x4`]; the scalar one is the specification, and what other
-//! processors run. All give the same bits.
+//! [`isa::Isa`] is what a test asks of an instruction set. The scalar one is the specification; all give the same bits, so
+//! that every tier visits the same nodes and returns the same hits.
 
 mod block;
+mod bundle;
+mod isa;
 mod node;
 mod scalar;
+mod tier;
+mod watertight;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 
-pub(crate) use block::{BLOCK_WIDTH, TriangleBlock};
-pub(crate) use node::{EXIT_WIDENING, Node, NodeHits, NodeRay, WIDTH};
+pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
+pub(crate) use bundle::{BUNDLE_GROUPS, BUNDLE_RAYS, Frustum, RayBundle};
+pub(crate) use isa::{Interval, Isa, Lanes, Octant, Row, Task, Window, dispatch};
+pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
+pub use tier::Tier;
 
-#[cfg(not(target_arch = "x86_64"))]
-pub(crate) use scalar::F32x4;
-#[cfg(target_arch = "x86_64")]
-pub(crate) use sse2::F32x4;
+/// Children of a node, and lanes of every operation.
+pub(crate) const WIDTH: usize = 8;

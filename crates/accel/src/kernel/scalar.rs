@@ -1,88 +1,125 @@
-//! Four lanes as an array: the specification of the vector type.
-#![cfg_attr(
-    all(target_arch = "x86_64", not(test)),
-    expect(
-        dead_code,
-        reason = "on this processor the specification is what the vector unit is tested against"
-    )
-)]
+//! Eight lanes as an array: the specification of every instruction set.
 
 use std::ops::{Add, Mul, Sub};
 
-/// Four `f32`.
+use super::WIDTH;
+use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+
+/// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct F32x4([f32; 4]);
+pub(crate) struct Scalar;
 
-impl F32x4 {
+impl Isa for Scalar {
+    type F32 = F32x8;
+
     #[inline(always)]
-    pub(crate) fn splat(value: f32) -> Self {
-        Self([value; 4])
+    fn enter<T: Task>(self, task: T) -> T::Output {
+        /// A function of its own, as for the other instruction sets.
+        #[inline(never)]
+        fn run<T: Task>(task: T) -> T::Output {
+            task.run(Scalar)
+        }
+        run(task)
     }
 
     #[inline(always)]
-    pub(crate) fn load(lanes: &[f32; 4]) -> Self {
-        Self(*lanes)
+    fn splat(self, value: f32) -> F32x8 {
+        F32x8([value; WIDTH])
     }
 
     #[inline(always)]
-    pub(crate) fn to_array(self) -> [f32; 4] {
-        self.0
+    fn load(self, row: &Row) -> F32x8 {
+        F32x8(row.0)
     }
 
+    #[inline(always)]
+    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+        push(children, interval.enter.less_or_equal(interval.exit), interval.enter.0, octant, window)
+    }
+
+    #[inline(always)]
+    fn prefetch(self, _place: *const Row) {}
+}
+
+/// [`Isa::push`] lane by lane, for instruction sets that cannot permute by a variable.
+#[inline(always)]
+pub(super) fn push(
+    children: &Row,
+    mask: u32,
+    enter: [f32; WIDTH],
+    octant: Octant,
+    window: Window<'_>,
+) -> usize {
+    let mut count = 0;
+    for lane in FAR_TO_NEAR[octant.index()] {
+        let lane = lane as usize % WIDTH;
+        // Written always and kept if the bit is set: whether it is cannot be predicted.
+        window.children[count % WIDTH] = children.0[lane];
+        window.enters[count % WIDTH] = enter[lane];
+        count += (mask >> lane & 1) as usize;
+    }
+    count
+}
+
+/// Eight `f32`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct F32x8([f32; WIDTH]);
+
+impl F32x8 {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         Self(std::array::from_fn(|lane| f(self.0[lane], other.0[lane])))
     }
 
-    /// The smaller of each pair; the second where either is NaN.
     #[inline(always)]
-    pub(crate) fn min(self, other: Self) -> Self {
+    fn mask(self, other: Self, f: impl Fn(&f32, &f32) -> bool) -> u32 {
+        (0..WIDTH).fold(0, |mask, lane| mask | u32::from(f(&self.0[lane], &other.0[lane])) << lane)
+    }
+}
+
+impl Lanes for F32x8 {
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
-    /// The larger of each pair; the second where either is NaN.
     #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
+    fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
-    /// The absolute values.
     #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
+    fn abs(self) -> Self {
         Self(self.0.map(f32::abs))
     }
 
-    /// `1 / x`, rounded as a division.
     #[inline(always)]
-    pub(crate) fn reciprocal(self) -> Self {
+    fn reciprocal(self) -> Self {
         Self(self.0.map(|x| 1.0 / x))
     }
 
     #[inline(always)]
-    fn bits(self, other: Self, f: impl Fn(&f32, &f32) -> bool) -> u32 {
-        (0..4).map(|lane| u32::from(f(&self.0[lane], &other.0[lane])) << lane).sum()
+    fn less(self, other: Self) -> u32 {
+        self.mask(other, f32::lt)
     }
 
-    /// One bit a lane: whether `self < other`; false for NaN.
     #[inline(always)]
-    pub(crate) fn less(self, other: Self) -> u32 {
-        self.bits(other, f32::lt)
+    fn less_or_equal(self, other: Self) -> u32 {
+        self.mask(other, f32::le)
     }
 
-    /// One bit a lane: whether `self <= other`; false for NaN.
     #[inline(always)]
-    pub(crate) fn less_or_equal(self, other: Self) -> u32 {
-        self.bits(other, f32::le)
-    }
-
-    /// One bit a lane: whether `self == other`; false for NaN.
-    #[inline(always)]
-    pub(crate) fn equal(self, other: Self) -> u32 {
-        self.bits(other, f32::eq)
+    fn equal(self, other: Self) -> u32 {
+        self.mask(other, f32::eq)
     }
 }
 
-impl Add for F32x4 {
+impl Add for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -90,7 +127,7 @@ impl Add for F32x4 {
     }
 }
 
-impl Sub for F32x4 {
+impl Sub for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -98,55 +135,10 @@ impl Sub for F32x4 {
     }
 }
 
-impl Mul for F32x4 {
+impl Mul for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         self.zip(other, |a, b| a * b)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    /// Values that tell implementations apart: signed zeros, infinities, NaN, subnormals, neighbours of one.
-    const NASTY: [f32; 12] = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.0,
-        1.000_000_1,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        f32::NAN,
-        f32::MIN_POSITIVE,
-        1e-45,
-        f32::MAX,
-        -3.7,
-    ];
-
-    #[test]
-    fn the_vector_unit_agrees_with_the_specification() {
-        use super::F32x4 as Specified;
-        use crate::kernel::F32x4 as Vector;
-        for a in NASTY {
-            for b in NASTY {
-                let (left, right) = ([a, b, a, 2.0], [b, a, 0.5, b]);
-                let (x, y) = (Vector::load(&left), Vector::load(&right));
-                let (p, q) = (Specified::load(&left), Specified::load(&right));
-                let same = |x: Vector, p: Specified| {
-                    let (x, p) = (x.to_array(), p.to_array());
-                    (0..4).all(|i| x[i].to_bits() == p[i].to_bits() || x[i].is_nan() && p[i].is_nan())
-                };
-                assert!(same(x + y, p + q) && same(x - y, p - q) && same(x * y, p * q), "{a} {b}");
-                assert!(same(x.min(y), p.min(q)) && same(x.max(y), p.max(q)), "{a} {b}");
-                assert!(same(x.reciprocal(), p.reciprocal()) && same(x.abs(), p.abs()), "{a} {b}");
-                assert_eq!(
-                    [x.less(y), x.less_or_equal(y), x.equal(y)],
-                    [p.less(q), p.less_or_equal(q), p.equal(q)],
-                    "{a} {b}"
-                );
-                assert!(same(Vector::splat(a), Specified::splat(a)));
-            }
-        }
     }
 }

@@ -1,117 +1,159 @@
-//! Four lanes in an SSE register, which every x86-64 processor has, so that nothing needs detection.
+//! Eight lanes in two SSE registers, which every x86-64 processor has, so that nothing needs detection.
 #![expect(unsafe_code, reason = "the compiler wants it for calling processor instructions")]
 
 use std::arch::x86_64::{
-    __m128, _mm_add_ps, _mm_andnot_ps, _mm_cmpeq_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps, _mm_max_ps,
-    _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_set1_ps, _mm_setr_ps, _mm_sub_ps,
+    __m128, _MM_HINT_T0, _mm_add_ps, _mm_andnot_ps, _mm_cmpeq_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps,
+    _mm_load_ps, _mm_max_ps, _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_prefetch, _mm_set1_ps,
+    _mm_storeu_ps, _mm_sub_ps,
 };
 use std::ops::{Add, Mul, Sub};
+
+use super::isa::{Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::{WIDTH, scalar};
+
+/// SSE2, which is part of every x86-64 processor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sse2;
 
 /// An expression of SSE and SSE2 instructions on registers.
 macro_rules! sse {
     ($instructions:expr) => {
-        // SAFETY: the instructions touch registers only, and need no more than SSE2, which is part of every x86-64
-        // processor.
+        // SAFETY: the instructions touch registers only, and are part of every x86-64 processor.
         unsafe { $instructions }
     };
 }
 
-/// Four `f32`.
+impl Isa for Sse2 {
+    type F32 = F32x8;
+
+    #[inline(always)]
+    fn enter<T: Task>(self, task: T) -> T::Output {
+        /// A function of its own, as for the other instruction sets.
+        #[inline(never)]
+        fn run<T: Task>(task: T) -> T::Output {
+            task.run(Sse2)
+        }
+        run(task)
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> F32x8 {
+        let half = sse!(_mm_set1_ps(value));
+        F32x8 { low: half, high: half }
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row) -> F32x8 {
+        let (low, high) = row.0.split_at(WIDTH / 2);
+        // SAFETY: both halves are four `f32`, aligned to 16 bytes.
+        unsafe { F32x8 { low: _mm_load_ps(low.as_ptr()), high: _mm_load_ps(high.as_ptr()) } }
+    }
+
+    #[inline(always)]
+    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+        let Interval { enter, exit } = interval;
+        scalar::push(children, enter.less_or_equal(exit), enter.to_array(), octant, window)
+    }
+
+    #[inline(always)]
+    fn prefetch(self, place: *const Row) {
+        // SAFETY: a prefetch reads nothing, and may be given any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
+    }
+}
+
+/// Eight `f32`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct F32x4(__m128);
+pub(crate) struct F32x8 {
+    low: __m128,
+    high: __m128,
+}
 
-impl F32x4 {
+impl F32x8 {
     #[inline(always)]
-    pub(crate) fn splat(value: f32) -> Self {
-        Self(sse!(_mm_set1_ps(value)))
+    fn zip(self, other: Self, f: impl Fn(__m128, __m128) -> __m128) -> Self {
+        Self { low: f(self.low, other.low), high: f(self.high, other.high) }
     }
 
     #[inline(always)]
-    pub(crate) fn load(lanes: &[f32; 4]) -> Self {
-        // Becomes one load.
-        Self(sse!(_mm_setr_ps(lanes[0], lanes[1], lanes[2], lanes[3])))
-    }
-
-    #[inline(always)]
-    pub(crate) fn to_array(self) -> [f32; 4] {
-        lanes_of(self.0)
-    }
-
-    /// The smaller of each pair; the second where either is NaN.
-    #[inline(always)]
-    pub(crate) fn min(self, other: Self) -> Self {
-        Self(sse!(_mm_min_ps(self.0, other.0)))
-    }
-
-    /// The larger of each pair; the second where either is NaN.
-    #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
-        Self(sse!(_mm_max_ps(self.0, other.0)))
-    }
-
-    /// The absolute values.
-    #[inline(always)]
-    pub(crate) fn abs(self) -> Self {
-        Self(sse!(_mm_andnot_ps(_mm_set1_ps(-0.0), self.0)))
-    }
-
-    /// `1 / x`, rounded as a division.
-    #[inline(always)]
-    pub(crate) fn reciprocal(self) -> Self {
-        Self(sse!(_mm_div_ps(_mm_set1_ps(1.0), self.0)))
-    }
-
-    /// One bit a lane: whether `self < other`; false for NaN.
-    #[inline(always)]
-    pub(crate) fn less(self, other: Self) -> u32 {
-        sse!(_mm_movemask_ps(_mm_cmplt_ps(self.0, other.0))) as u32
-    }
-
-    /// One bit a lane: whether `self <= other`; false for NaN.
-    #[inline(always)]
-    pub(crate) fn less_or_equal(self, other: Self) -> u32 {
-        sse!(_mm_movemask_ps(_mm_cmple_ps(self.0, other.0))) as u32
-    }
-
-    /// One bit a lane: whether `self == other`; false for NaN.
-    #[inline(always)]
-    pub(crate) fn equal(self, other: Self) -> u32 {
-        sse!(_mm_movemask_ps(_mm_cmpeq_ps(self.0, other.0))) as u32
+    fn mask(self, other: Self, f: impl Fn(__m128, __m128) -> __m128) -> u32 {
+        let result = self.zip(other, f);
+        let (low, high) = sse!((_mm_movemask_ps(result.low), _mm_movemask_ps(result.high)));
+        (low | high << 4) as u32
     }
 }
 
-/// The lanes; written with shuffles, which become one store where the lanes go to memory.
-#[inline(always)]
-fn lanes_of(v: __m128) -> [f32; 4] {
-    use std::arch::x86_64::{_mm_cvtss_f32, _mm_shuffle_ps};
-    sse!([
-        _mm_cvtss_f32(v),
-        _mm_cvtss_f32(_mm_shuffle_ps::<1>(v, v)),
-        _mm_cvtss_f32(_mm_shuffle_ps::<2>(v, v)),
-        _mm_cvtss_f32(_mm_shuffle_ps::<3>(v, v)),
-    ])
+impl Lanes for F32x8 {
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        let mut lanes = [0.0; WIDTH];
+        let (low, high) = lanes.split_at_mut(WIDTH / 2);
+        // SAFETY: both halves have four places.
+        unsafe {
+            _mm_storeu_ps(low.as_mut_ptr(), self.low);
+            _mm_storeu_ps(high.as_mut_ptr(), self.high);
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| sse!(_mm_min_ps(a, b)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| sse!(_mm_max_ps(a, b)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        let sign = sse!(_mm_set1_ps(-0.0));
+        sse!(Self { low: _mm_andnot_ps(sign, self.low), high: _mm_andnot_ps(sign, self.high) })
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        let one = sse!(_mm_set1_ps(1.0));
+        sse!(Self { low: _mm_div_ps(one, self.low), high: _mm_div_ps(one, self.high) })
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> u32 {
+        self.mask(other, |a, b| sse!(_mm_cmplt_ps(a, b)))
+    }
+
+    #[inline(always)]
+    fn less_or_equal(self, other: Self) -> u32 {
+        self.mask(other, |a, b| sse!(_mm_cmple_ps(a, b)))
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        self.mask(other, |a, b| sse!(_mm_cmpeq_ps(a, b)))
+    }
 }
 
-impl Add for F32x4 {
+impl Add for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(sse!(_mm_add_ps(self.0, other.0)))
+        self.zip(other, |a, b| sse!(_mm_add_ps(a, b)))
     }
 }
 
-impl Sub for F32x4 {
+impl Sub for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(sse!(_mm_sub_ps(self.0, other.0)))
+        self.zip(other, |a, b| sse!(_mm_sub_ps(a, b)))
     }
 }
 
-impl Mul for F32x4 {
+impl Mul for F32x8 {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Self(sse!(_mm_mul_ps(self.0, other.0)))
+        self.zip(other, |a, b| sse!(_mm_mul_ps(a, b)))
     }
 }

@@ -1,34 +1,59 @@
-//! The layout that is traversed: four-wide nodes and blocks of four triangles, converted from binary trees.
+//! The layout that is traversed: eight-wide nodes and blocks of eight triangles, converted from binary trees.
 //!
-//! All trees of a world lie in one list of nodes and one of blocks. What a node refers to fits one word:
+//! All trees of a world lie in one list of [`Row`]s, in which nodes and blocks stand in the order in which a depth-first walk
+//! first meets them. What a node refers to fits one word:
 //!
-//! | bits | inner node | leaf of triangles | leaf of one other primitive |
-//! |---|---|---|---|
-//! | 31 | 0 | 1 | 1 |
-//! | 29–30 | place | 0 | 1 curved patch, 2 quadric, 3 instance |
-//! | 27–28 | place | blocks − 1 | 0 |
-//! | 0–26 | place | first block | place |
+//! | bits | inner node | block of triangles | leaf of one other primitive | nothing |
+//! |---|---|---|---|---|
+//! | 30–31 | 0 | 1 | 2 | 3 |
+//! | 28–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance | all ones |
+//! | 0–27 | first row | first row | place | all ones |
 
 mod collapse;
+mod lanes;
 
 use sahl_math::Vec3;
 
-use crate::kernel::{Node, TriangleBlock};
+use crate::kernel::{Node, Row, TriangleBlock};
 pub(crate) use collapse::append_tree;
 
 /// Trees in the form in which they are traversed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideTrees {
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) blocks: Vec<TriangleBlock>,
-    /// Leaves, for the statistics.
+    rows: Vec<Row>,
+    /// How many, for the statistics.
+    pub(crate) nodes: u64,
+    pub(crate) blocks: u64,
     pub(crate) leaves: u64,
 }
 
 impl WideTrees {
     /// The memory of nodes and blocks in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())) as u64
+        size_of_val(self.rows.as_slice()) as u64
+    }
+
+    /// A node by its first row.
+    #[inline(always)]
+    pub(crate) fn node(&self, row: u32) -> Node<'_> {
+        Node(self.chunk(row))
+    }
+
+    /// A block by its first row.
+    #[inline(always)]
+    pub(crate) fn block(&self, row: u32) -> TriangleBlock<'_> {
+        TriangleBlock(self.chunk(row))
+    }
+
+    #[inline(always)]
+    fn chunk<const N: usize>(&self, row: u32) -> &[Row; N] {
+        self.rows[row as usize..].first_chunk().expect("references are to whole nodes and blocks")
+    }
+
+    /// Where a row lies; an address to be prefetched, whatever the row.
+    #[inline(always)]
+    pub(crate) fn address(&self, row: u32) -> *const Row {
+        self.rows.as_ptr().wrapping_add(row as usize)
     }
 }
 
@@ -45,60 +70,90 @@ pub(crate) struct WideTree {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Child {
     Node(u32),
-    Blocks { first: u32, count: u32 },
+    Block(u32),
     Patch(u32),
     Quadric(u32),
     Instance(u32),
 }
 
-const LEAF: u32 = 1 << 31;
-const KIND_SHIFT: u32 = 29;
-const COUNT_SHIFT: u32 = 27;
-const PLACE_MASK: u32 = (1 << COUNT_SHIFT) - 1;
+/// What is to be done with what a reference refers to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// Test the boxes of a node.
+    Node,
+    /// Test the triangles of a block.
+    Block,
+    /// Test another primitive.
+    Other,
+    /// Nothing: there is no more to visit.
+    Done,
+}
 
-/// The most blocks a leaf refers to.
-pub(crate) const MAX_LEAF_BLOCKS: u32 = 4;
+impl Stage {
+    pub(crate) const COUNT: usize = 4;
+}
+
+const STAGE_SHIFT: u32 = 30;
+const KIND_SHIFT: u32 = 28;
+const ROW_MASK: u32 = (1 << STAGE_SHIFT) - 1;
+const PLACE_MASK: u32 = (1 << KIND_SHIFT) - 1;
 
 impl Child {
+    /// The encoded reference to nothing.
+    pub(crate) const NOTHING: u32 = u32::MAX;
+
     #[inline]
     pub(crate) fn encode(self) -> u32 {
-        let other = |kind: u32, place: u32| LEAF | kind << KIND_SHIFT | place & PLACE_MASK;
+        let stage = |stage: Stage| (stage as u32) << STAGE_SHIFT;
+        let other = |kind: u32, place: u32| stage(Stage::Other) | kind << KIND_SHIFT | place & PLACE_MASK;
         match self {
-            Self::Node(place) => place,
-            Self::Blocks { first, count } => LEAF | (count - 1) << COUNT_SHIFT | first & PLACE_MASK,
-            Self::Patch(place) => other(1, place),
-            Self::Quadric(place) => other(2, place),
-            Self::Instance(place) => other(3, place),
+            Self::Node(row) => stage(Stage::Node) | row & ROW_MASK,
+            Self::Block(row) => stage(Stage::Block) | row & ROW_MASK,
+            Self::Patch(place) => other(0, place),
+            Self::Quadric(place) => other(1, place),
+            Self::Instance(place) => other(2, place),
         }
     }
 
-    /// Whether an encoded reference is an inner node, whose place it then is.
     #[inline(always)]
-    pub(crate) fn is_node(encoded: u32) -> bool {
-        encoded & LEAF == 0
+    pub(crate) fn stage(encoded: u32) -> Stage {
+        match encoded >> STAGE_SHIFT {
+            0 => Stage::Node,
+            1 => Stage::Block,
+            2 => Stage::Other,
+            _ => Stage::Done,
+        }
     }
 
+    /// The first row of an encoded node or block.
     #[inline(always)]
-    pub(crate) fn decode(encoded: u32) -> Self {
-        if Self::is_node(encoded) {
-            return Self::Node(encoded);
-        }
+    pub(crate) fn row(encoded: u32) -> u32 {
+        encoded & ROW_MASK
+    }
+
+    /// What an encoded reference refers to; `None` for nothing.
+    #[inline]
+    pub(crate) fn decode(encoded: u32) -> Option<Self> {
         let place = encoded & PLACE_MASK;
-        match encoded >> KIND_SHIFT & 3 {
-            0 => Self::Blocks { first: place, count: (encoded >> COUNT_SHIFT & 3) + 1 },
-            1 => Self::Patch(place),
-            2 => Self::Quadric(place),
-            _ => Self::Instance(place),
-        }
+        Some(match Self::stage(encoded) {
+            Stage::Node => Self::Node(Self::row(encoded)),
+            Stage::Block => Self::Block(Self::row(encoded)),
+            Stage::Other => match encoded >> KIND_SHIFT & 3 {
+                0 => Self::Patch(place),
+                1 => Self::Quadric(place),
+                _ => Self::Instance(place),
+            },
+            Stage::Done => return None,
+        })
     }
 }
 
 /// The vertices of a triangle item by its id.
-pub(crate) trait Vertices {
+pub(crate) trait Vertices: Sync {
     fn triangle(&self, id: u32) -> [Vec3; 3];
 }
 
-impl<F: Fn(u32) -> [Vec3; 3]> Vertices for F {
+impl<F: Fn(u32) -> [Vec3; 3] + Sync> Vertices for F {
     fn triangle(&self, id: u32) -> [Vec3; 3] {
         self(id)
     }
@@ -110,17 +165,17 @@ mod tests {
 
     #[test]
     fn references_survive_encoding() {
-        let largest = PLACE_MASK;
         for child in [
             Child::Node(0),
-            Child::Node(LEAF - 1),
-            Child::Blocks { first: 0, count: 1 },
-            Child::Blocks { first: largest, count: MAX_LEAF_BLOCKS },
-            Child::Patch(largest),
+            Child::Node(ROW_MASK),
+            Child::Block(0),
+            Child::Block(ROW_MASK),
+            Child::Patch(PLACE_MASK),
             Child::Quadric(17),
-            Child::Instance(largest),
+            Child::Instance(PLACE_MASK),
         ] {
-            assert_eq!(Child::decode(child.encode()), child);
+            assert_eq!(Child::decode(child.encode()), Some(child));
         }
+        assert_eq!(Child::decode(Child::NOTHING), None);
     }
 }

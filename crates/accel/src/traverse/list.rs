@@ -54,7 +54,7 @@ impl List<'_> {
         tree.entries.iter().any(|entry| {
             let candidate = match entry {
                 Entry::Triangle { vertices, id } => {
-                    triangle::intersect_sheared(&ray.ray, &ray.shear, *vertices).map(|hit| Candidate {
+                    triangle::intersect_sheared(ray.ray(), ray.shear(), *vertices).map(|hit| Candidate {
                         t: hit.t,
                         id: *id,
                         weights: [hit.b1, hit.b2],
@@ -67,7 +67,7 @@ impl List<'_> {
                 }
                 Entry::Other(Item::Triangle(_)) => None,
             };
-            counter.primitives(1);
+            counter.primitives(|| 1);
             candidate.is_some_and(|candidate| candidate.t <= search.limit() && search.offer(candidate))
         })
     }
@@ -80,7 +80,7 @@ impl List<'_> {
     ) -> bool {
         let placed = &self.placed[place as usize];
         let Some(tree) = self.groups.get(placed.group as usize) else { return false };
-        let Some(local) = PreparedRay::new(&placed.local_ray(&ray.ray)) else { return false };
+        let Some(local) = PreparedRay::new(&placed.local_ray(ray.ray())) else { return false };
         search.enter_instance(placed.instance);
         let ended = self.search(tree, &local, (&mut *search, &mut *counter));
         search.enter_instance(u32::MAX);

@@ -4,30 +4,36 @@
 //! [`Search`], which decides whether to go on: one for the nearest hit, one for any.
 
 mod list;
+mod packet;
 mod search;
+mod stack;
+mod stream;
 mod wide;
 
 use sahl_math::{Ray, Vec3};
 
 use crate::geometry::triangle::Shear;
-use crate::kernel::NodeRay;
+use crate::kernel::{BlockRay, NodeRay};
 pub(crate) use list::{List, ListTree};
+pub(crate) use packet::traverse_packets;
 pub(crate) use search::{Any, Candidate, Found, Nearest, Search};
-pub(crate) use wide::{Scene, StackSize, traverse};
+pub(crate) use stack::StackSize;
+pub(crate) use stream::{Query, traverse_stream};
+pub(crate) use wide::{Scene, traverse};
 
 /// What a query visited: the cost of a ray, for heat maps and comparisons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCount {
     /// Nodes whose children's boxes were tested.
     pub nodes: u64,
-    /// Primitives that were tested; triangles are tested four at a time and counted apart.
+    /// Primitives that were tested; triangles are tested eight at a time and counted apart.
     pub primitives: u64,
 }
 
 /// Where a traversal reports its steps; the one that ignores them costs nothing.
 pub(crate) trait Counter {
     fn node(&mut self);
-    fn primitives(&mut self, count: u64);
+    fn primitives(&mut self, count: impl FnOnce() -> u64);
 }
 
 /// Counts nothing.
@@ -37,7 +43,7 @@ impl Counter for NoCount {
     #[inline(always)]
     fn node(&mut self) {}
     #[inline(always)]
-    fn primitives(&mut self, _count: u64) {}
+    fn primitives(&mut self, _count: impl FnOnce() -> u64) {}
 }
 
 impl Counter for TraversalCount {
@@ -46,16 +52,15 @@ impl Counter for TraversalCount {
         self.nodes += 1;
     }
     #[inline]
-    fn primitives(&mut self, count: u64) {
-        self.primitives += count;
+    fn primitives(&mut self, count: impl FnOnce() -> u64) {
+        self.primitives += count();
     }
 }
 
 /// A ray with what all tests of it need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedRay {
-    pub(crate) ray: Ray,
-    pub(crate) shear: Shear,
+    pub(crate) block_ray: BlockRay,
     pub(crate) node_ray: NodeRay,
 }
 
@@ -68,16 +73,23 @@ impl PreparedRay {
         let usable = finite && ray.direction.abs().max_component() > 0.0;
         // Negative parameters lie behind the origin and never count. NaN becomes zero here, and fails below.
         let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
-        (usable && ray.t_min < ray.t_max).then(|| Self {
-            ray,
-            shear: Shear::new(ray.direction),
-            node_ray: NodeRay::new(&ray),
-        })
+        (usable && ray.t_min < ray.t_max)
+            .then(|| Self { block_ray: BlockRay::new(&ray), node_ray: NodeRay::new(&ray) })
     }
 
     /// The largest parameter that counts: the last before `t_max`.
     #[inline]
     pub(crate) fn limit(&self) -> f32 {
-        self.ray.t_max.next_down()
+        self.ray().t_max.next_down()
+    }
+
+    #[inline(always)]
+    pub(crate) fn ray(&self) -> &Ray {
+        &self.block_ray.ray
+    }
+
+    #[inline(always)]
+    pub(crate) fn shear(&self) -> &Shear {
+        &self.block_ray.shear
     }
 }

@@ -19,8 +19,6 @@ pub(crate) struct Found {
 
 /// Takes candidates in any order.
 pub(crate) trait Search {
-    /// Whether the order in which children are visited does not matter.
-    const ANY: bool;
     /// The largest parameter that still counts.
     fn limit(&self) -> f32;
     /// Takes a candidate at or before the limit; returns whether the search is over.
@@ -45,14 +43,12 @@ impl Nearest {
     }
 
     #[inline]
-    pub(crate) fn result(self) -> Option<Found> {
+    pub(crate) fn result(&self) -> Option<Found> {
         (self.found.candidate.id != u32::MAX).then_some(self.found)
     }
 }
 
 impl Search for Nearest {
-    const ANY: bool = false;
-
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -83,8 +79,6 @@ pub(crate) struct Any {
 }
 
 impl Search for Any {
-    const ANY: bool = true;
-
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit

@@ -1,19 +1,13 @@
-//! Traversal of the four-wide trees.
-//!
-//! Children are visited near first. The stack holds a fixed number of entries: a tree of depth `d` never has more than
-//! `3 d` pending, and the depth is bounded by the builders.
+//! Traversal of the eight-wide trees by one ray.
 
 use sahl_math::Ray;
 
+use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::{Candidate, Counter, PreparedRay, Search};
-use crate::build::MAX_DEPTH;
 use crate::instance::PlacedGroup;
-use crate::kernel::{EXIT_WIDENING, NodeHits, WIDTH};
-use crate::layout::{Child, WideTree, WideTrees};
+use crate::kernel::{EXIT_WIDENING, Isa, Task, Tier, dispatch};
+use crate::layout::{Child, Stage, WideTree, WideTrees};
 use crate::primitive::Primitives;
-
-/// Levels that the conversion of a leaf may add below a binary tree: a leaf of eight is opened by halves.
-const LEAF_LEVELS: u32 = 4;
 
 /// What the traversal reads.
 #[derive(Clone, Copy)]
@@ -25,178 +19,116 @@ pub(crate) struct Scene<'a> {
     pub(crate) groups: &'a [WideTree],
 }
 
-/// A stack large enough for every tree of a world, chosen once: clearing a large one costs as much as a small scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StackSize {
-    /// 16 entries.
-    Small,
-    /// 64 entries.
-    Medium,
-    /// 256 entries, enough for any tree.
-    Large,
-}
-
-const _: () = assert!(3 * (MAX_DEPTH + LEAF_LEVELS) < 256);
-
-impl StackSize {
-    /// The size for trees of at most this depth in wide nodes.
-    pub(crate) fn for_depth(depth: u32) -> Self {
-        match 3 * depth {
-            0..16 => Self::Small,
-            16..64 => Self::Medium,
-            _ => Self::Large,
-        }
-    }
-}
-
-/// A child still to visit.
-#[derive(Clone, Copy, Default)]
-struct Entry {
-    child: u32,
-    enter: f32,
-}
-
 /// Searches a tree; returns whether the search ended early.
 #[inline]
 pub(crate) fn traverse<S: Search, C: Counter>(
     scene: Scene<'_>,
-    stack_size: StackSize,
+    (tier, stack_size): (Tier, StackSize),
     tree: &WideTree,
     ray: &PreparedRay,
     (search, counter): (&mut S, &mut C),
 ) -> bool {
     let Some(root) = tree.root else { return false };
     match stack_size {
-        StackSize::Small => walk::<16, S, C>(scene, root, ray, search, counter),
-        StackSize::Medium => walk::<64, S, C>(scene, root, ray, search, counter),
-        StackSize::Large => walk::<256, S, C>(scene, root, ray, search, counter),
+        StackSize::Small => dispatch(tier, Walk::<S, C, SMALL> { scene, root, ray, search, counter }),
+        StackSize::Medium => dispatch(tier, Walk::<S, C, MEDIUM> { scene, root, ray, search, counter }),
+        StackSize::Large => dispatch(tier, Walk::<S, C, LARGE> { scene, root, ray, search, counter }),
     }
 }
 
-/// The loop over nodes and leaves, with a stack of `N` entries, a power of two.
-fn walk<const N: usize, S: Search, C: Counter>(
-    scene: Scene<'_>,
-    root: u32,
-    ray: &PreparedRay,
-    search: &mut S,
-    counter: &mut C,
-) -> bool {
-    let mut stack = [Entry::default(); N];
-    let mut height = 0;
-    let mut child = root;
-    loop {
-        if Child::is_node(child) {
-            counter.node();
-            let node = &scene.trees.nodes[child as usize];
-            let hits = node.hits(&ray.node_ray, search.limit());
-            if hits.mask != 0 {
-                child = push_children::<N, S>(&node.children, hits, &mut stack, &mut height);
-                continue;
-            }
-        } else if visit_leaf::<N, S, C>(scene, child, ray, search, counter) {
-            return true;
-        }
-        // The same slack as in the box test, so that the order of visits cannot decide between nearly equal hits.
-        child = loop {
-            if height == 0 {
-                return false;
-            }
-            height -= 1;
-            let entry = stack[height % N];
-            if entry.enter <= search.limit() * EXIT_WIDENING {
-                break entry.child;
-            }
-        };
-    }
+/// One ray on its way through a tree, with a stack of `N` places.
+pub(super) struct Walk<'a, S, C, const N: usize> {
+    pub(super) scene: Scene<'a>,
+    pub(super) root: u32,
+    pub(super) ray: &'a PreparedRay,
+    pub(super) search: &'a mut S,
+    pub(super) counter: &'a mut C,
 }
 
-/// Pushes the children that were hit, but for the nearest, which is returned. `hits.mask` is not zero.
-#[inline(always)]
-fn push_children<const N: usize, S: Search>(
-    children: &[u32; WIDTH],
-    hits: NodeHits,
-    stack: &mut [Entry; N],
-    height: &mut usize,
-) -> u32 {
-    let enters = hits.enter.to_array();
-    let mut mask = hits.mask;
-    let mut next = || {
-        let lane = mask.trailing_zeros() as usize % WIDTH;
-        mask &= mask - 1;
-        (Entry { child: children[lane], enter: enters[lane] }, mask == 0)
-    };
-    let (mut nearest, mut last) = next();
-    let base = *height;
-    while !last {
-        let (mut entry, is_last) = next();
-        last = is_last;
-        if !S::ANY && entry.enter < nearest.enter {
-            std::mem::swap(&mut entry, &mut nearest);
-        }
-        // Insertion keeps the pending ones in order, the nearest on top.
-        let mut place = *height;
-        while !S::ANY && place > base && stack[(place - 1) % N].enter < entry.enter {
-            stack[place % N] = stack[(place - 1) % N];
-            place -= 1;
-        }
-        stack[place % N] = entry;
-        *height += 1;
-    }
-    nearest.child
-}
+impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
+    type Output = bool;
 
-/// Tests what a leaf holds; returns whether the search is over.
-#[inline(always)]
-fn visit_leaf<const N: usize, S: Search, C: Counter>(
-    scene: Scene<'_>,
-    leaf: u32,
-    ray: &PreparedRay,
-    search: &mut S,
-    counter: &mut C,
-) -> bool {
-    match Child::decode(leaf) {
-        Child::Blocks { first, count } => {
-            for block in &scene.trees.blocks[first as usize..(first + count) as usize] {
-                counter.primitives(block.len());
-                let limit = search.limit();
-                let ended = block.intersect(&ray.ray, &ray.shear, limit, |hit| {
-                    search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
-                });
-                if ended {
-                    return true;
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> bool {
+        let Self { scene, root, ray, search, counter } = self;
+        let mut stack = Stack::<N>::empty();
+        let mut child = root;
+        let mut reach = search.limit() * EXIT_WIDENING;
+        loop {
+            match Child::stage(child) {
+                Stage::Node => {
+                    counter.node();
+                    let node = scene.trees.node(Child::row(child));
+                    stack.push_children(isa, node, &ray.node_ray, reach);
+                }
+                Stage::Done => return false,
+                leaf => {
+                    let ended = if leaf == Stage::Block {
+                        visit_block(isa, scene, child, ray, (search, counter))
+                    } else {
+                        visit_other::<I, S, C, N>(isa, scene, child, ray, (search, counter))
+                    };
+                    if ended {
+                        return true;
+                    }
+                    // The same slack as in the box test, so that the order of visits cannot decide between nearly
+                    // equal hits.
+                    let reached = search.limit() * EXIT_WIDENING;
+                    if reached < reach {
+                        reach = reached;
+                        stack.cull(isa, reach);
+                    }
                 }
             }
-            false
+            child = stack.pop();
         }
-        other => visit_other::<N, S, C>(scene, other, ray, search, counter),
     }
+}
+
+/// Tests the triangles of a block; returns whether the search is over.
+#[inline(always)]
+pub(super) fn visit_block<I: Isa, S: Search, C: Counter>(
+    isa: I,
+    scene: Scene<'_>,
+    child: u32,
+    ray: &PreparedRay,
+    (search, counter): (&mut S, &mut C),
+) -> bool {
+    let block = scene.trees.block(Child::row(child));
+    counter.primitives(|| block.len());
+    let limit = search.limit();
+    block.intersect(isa, &ray.block_ray, limit, |hit| {
+        search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
+    })
 }
 
 /// The leaves that are rare where speed counts most.
 #[inline(never)]
-fn visit_other<const N: usize, S: Search, C: Counter>(
+pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
+    isa: I,
     scene: Scene<'_>,
-    leaf: Child,
+    child: u32,
     ray: &PreparedRay,
-    search: &mut S,
-    counter: &mut C,
+    (search, counter): (&mut S, &mut C),
 ) -> bool {
-    let candidate = match leaf {
-        Child::Instance(place) => return visit_instance::<N, S, C>(scene, place, &ray.ray, search, counter),
-        Child::Patch(place) => scene.primitives.patch_candidate(place, ray),
-        Child::Quadric(place) => scene.primitives.quadric_candidate(place, ray),
-        Child::Node(_) | Child::Blocks { .. } => None,
+    let candidate = match Child::decode(child) {
+        Some(Child::Instance(place)) => {
+            return visit_instance::<I, S, C, N>(isa, scene, place, ray.ray(), (search, counter));
+        }
+        Some(Child::Patch(place)) => scene.primitives.patch_candidate(place, ray),
+        Some(Child::Quadric(place)) => scene.primitives.quadric_candidate(place, ray),
+        _ => None,
     };
-    counter.primitives(1);
+    counter.primitives(|| 1);
     candidate.is_some_and(|candidate| candidate.t <= search.limit() && search.offer(candidate))
 }
 
-fn visit_instance<const N: usize, S: Search, C: Counter>(
+fn visit_instance<I: Isa, S: Search, C: Counter, const N: usize>(
+    isa: I,
     scene: Scene<'_>,
     place: u32,
     ray: &Ray,
-    search: &mut S,
-    counter: &mut C,
+    (search, counter): (&mut S, &mut C),
 ) -> bool {
     let placed = &scene.placed[place as usize];
     let Some(root) = scene.groups.get(placed.group as usize).and_then(|tree| tree.root) else {
@@ -204,7 +136,8 @@ fn visit_instance<const N: usize, S: Search, C: Counter>(
     };
     let Some(local) = PreparedRay::new(&placed.local_ray(ray)) else { return false };
     search.enter_instance(placed.instance);
-    let ended = walk::<N, S, C>(scene, root, &local, search, counter);
+    let ended =
+        isa.enter(Walk::<S, C, N> { scene, root, ray: &local, search: &mut *search, counter: &mut *counter });
     search.enter_instance(u32::MAX);
     ended
 }

@@ -1,0 +1,112 @@
+//! The steps from a world to an acceleration structure.
+
+use sahl_math::Bounds3;
+
+use crate::accel::{Accel, Structure};
+use crate::build::{self, Reference};
+use crate::instance::PlacedGroup;
+use crate::kernel::Tier;
+use crate::layout::{self, WideTree, WideTrees};
+use crate::options::{BuildOptions, Builder};
+use crate::primitive::{Item, Primitives, TreeInput};
+use crate::stats::Stats;
+use crate::traverse::{ListTree, StackSize};
+use crate::world::World;
+
+/// The cost of testing a primitive that is neither triangle nor instance against that of visiting a node.
+const OTHER_COST: f32 = 2.0;
+
+/// The steps of [`Accel::build`].
+pub(crate) struct Assembly<'a> {
+    world: World,
+    options: &'a BuildOptions,
+    primitives: Primitives,
+    stats: Stats,
+}
+
+impl<'a> Assembly<'a> {
+    pub(crate) fn new(world: World, options: &'a BuildOptions) -> Self {
+        let primitives = Primitives::for_geometries(&world.geometries);
+        Self { world, options, primitives, stats: Stats::default() }
+    }
+
+    pub(crate) fn finish(mut self) -> Accel {
+        let (world, primitives) = (&self.world, &mut self.primitives);
+        let groups: Vec<TreeInput> =
+            world.groups.iter().map(|group| primitives.collect(world, group)).collect();
+        let local_bounds: Vec<Bounds3> = groups.iter().map(TreeInput::total_bounds).collect();
+        let placed: Vec<PlacedGroup> = (world.instances.iter().zip(0..))
+            .map(|(instance, index)| {
+                let local = local_bounds.get(instance.group as usize).copied().unwrap_or(Bounds3::EMPTY);
+                PlacedGroup::new(index, instance, local)
+            })
+            .collect();
+        let mut input = primitives.collect(world, &world.world);
+        primitives.collect_instances(&placed, &mut input);
+        let bounds = input.total_bounds();
+        self.stats.primitives =
+            groups.iter().chain([&input]).map(|input| input.references.len() as u64).sum();
+        let structure = match self.options.builder {
+            Builder::BruteForce => self.list_structure(&groups, &input),
+            Builder::Median | Builder::BinnedSah => self.wide_structure(groups, input, &placed),
+        };
+        let mut stats = self.stats;
+        stats.dropped = self.primitives.dropped;
+        stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64;
+        Accel { world: self.world, primitives: self.primitives, placed, structure, bounds, stats }
+    }
+
+    fn list_structure(&mut self, groups: &[TreeInput], input: &TreeInput) -> Structure {
+        let vertices = |id: u32| self.primitives.triangle(&self.world, id);
+        let list = |input: &TreeInput| {
+            let items: Vec<Item> = input.references.iter().map(Reference::item).collect();
+            ListTree::new(&items, &vertices)
+        };
+        let (groups, world): (Vec<_>, _) = (groups.iter().map(list).collect(), list(input));
+        self.stats.bytes = groups.iter().chain([&world]).map(ListTree::bytes).sum();
+        Structure::List { groups, world }
+    }
+
+    fn wide_structure(
+        &mut self,
+        groups: Vec<TreeInput>,
+        input: TreeInput,
+        placed: &[PlacedGroup],
+    ) -> Structure {
+        let mut trees = WideTrees::default();
+        let built: Vec<(WideTree, f32)> =
+            groups.into_iter().map(|group| self.wide_tree(&mut trees, group, &|_| OTHER_COST)).collect();
+        // An instance costs its box test and what its group costs.
+        let cost = |item: Item| match item {
+            Item::Instance(place) => {
+                built.get(placed[place as usize].group as usize).map_or(1.0, |tree| 1.0 + tree.1)
+            }
+            _ => OTHER_COST,
+        };
+        let (world, sah_cost) = self.wide_tree(&mut trees, input, &cost);
+        let groups: Vec<WideTree> = built.into_iter().map(|(tree, _)| tree).collect();
+        let depth = groups.iter().map(|tree| tree.depth).fold(world.depth, u32::max);
+        self.stats.nodes = trees.nodes;
+        self.stats.leaves = trees.leaves;
+        self.stats.depth = depth;
+        self.stats.sah_cost = sah_cost;
+        self.stats.bytes = trees.bytes();
+        let chosen = self.options.tier.filter(|tier| tier.is_available());
+        let tier = chosen.unwrap_or_else(Tier::detect);
+        Structure::Wide { trees, groups, world, machine: (tier, StackSize::for_depth(depth)) }
+    }
+
+    /// Builds and appends one tree; returns it with its cost.
+    fn wide_tree(
+        &self,
+        trees: &mut WideTrees,
+        input: TreeInput,
+        cost: &(impl Fn(Item) -> f32 + Sync),
+    ) -> (WideTree, f32) {
+        let vertices = |id: u32| self.primitives.triangle(&self.world, id);
+        match build::build(input.references, self.options) {
+            Some(tree) => layout::append_tree(trees, &tree, &vertices, cost),
+            None => (WideTree { root: None, depth: 0 }, 0.0),
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! The working copy of a primitive, and boxes in the form in which builders compute with them.
+
+use sahl_math::{Bounds3, Vec3};
+
+use crate::kernel::{Isa, Lanes, Row};
+use crate::primitive::Item;
+
+/// A box as eight lanes: the smallest x, y, z, then, from lane 4, the negated largest ones. The union of two is then a
+/// single minimum. Box8 3 and 7 are free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
+pub(crate) struct Box8(Row);
+
+impl Box8 {
+    /// The box about nothing: neutral for [`Self::union`]; its half area is infinite.
+    pub(crate) const EMPTY: Self = Self(Row([f32::INFINITY; 8]));
+
+    #[inline(always)]
+    pub(crate) fn new(bounds: &Bounds3) -> Self {
+        let (min, max) = (bounds.min, bounds.max);
+        Self(Row([min.x, min.y, min.z, 0.0, -max.x, -max.y, -max.z, 0.0]))
+    }
+
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        let [x0, y0, z0, _, x1, y1, z1, _] = self.0.0;
+        Bounds3 { min: Vec3::new(x0, y0, z0), max: Vec3::new(-x1, -y1, -z1) }
+    }
+
+    /// The box about both.
+    #[inline(always)]
+    pub(crate) fn union(self, other: Self) -> Self {
+        let smaller = |a: f32, b: f32| if a < b { a } else { b };
+        Self(Row(std::array::from_fn(|lane| smaller(self.0.0[lane], other.0.0[lane]))))
+    }
+
+    /// [`Self::union`] in code that is compiled for an instruction set.
+    #[inline(always)]
+    pub(crate) fn union_on<I: Isa>(&self, isa: I, other: &Self) -> Self {
+        Self(Row(isa.load(&self.0).min(isa.load(&other.0)).to_array()))
+    }
+
+    /// Twice the middle of the box; lane 3 means nothing.
+    #[inline(always)]
+    pub(crate) fn doubled_center(&self) -> [f32; 4] {
+        std::array::from_fn(|lane| self.0.0[lane] - self.0.0[lane + 4])
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_row(row: Row) -> Self {
+        Self(row)
+    }
+
+    /// The least coordinates; lane 3 means nothing.
+    #[inline(always)]
+    pub(crate) fn min(&self) -> [f32; 4] {
+        let [x, y, z, w, ..] = self.0.0;
+        [x, y, z, w]
+    }
+
+    /// A box that holds one point.
+    #[inline(always)]
+    pub(crate) fn point(point: [f32; 4]) -> Self {
+        let [x, y, z, w] = point;
+        Self(Row([x, y, z, w, -x, -y, -z, -w]))
+    }
+
+    /// Edge lengths.
+    #[inline(always)]
+    pub(crate) fn diagonal(&self) -> [f32; 3] {
+        std::array::from_fn(|axis| -(self.0.0[axis] + self.0.0[axis + 4]))
+    }
+
+    /// Half the surface area; infinite for [`Self::EMPTY`].
+    #[inline(always)]
+    pub(crate) fn half_area(&self) -> f32 {
+        // Both factors of each product have the same wrong sign.
+        let [x0, y0, z0, _, x1, y1, z1, _] = self.0.0;
+        let (x, y, z) = (x0 + x1, y0 + y1, z0 + z1);
+        x * y + (y * z + z * x)
+    }
+}
+
+/// A primitive, or a part of one, as the builders move it about: its box with what it is in the free lanes.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(crate) struct Reference(Box8);
+
+impl Reference {
+    #[inline(always)]
+    pub(crate) fn new(bounds: &Bounds3, item: Item) -> Self {
+        let (place, kind) = match item {
+            Item::Triangle(id) => (id, 0),
+            Item::Patch(place) => (place, 1),
+            Item::Quadric(place) => (place, 2),
+            Item::Instance(place) => (place, 3),
+        };
+        let mut lanes = Box8::new(bounds);
+        lanes.0.0[3] = f32::from_bits(place);
+        lanes.0.0[7] = f32::from_bits(kind);
+        Self(lanes)
+    }
+
+    /// Stands for a primitive that is left out; neutral in an [`Extent`].
+    pub(crate) const NONE: Self = Self(Box8::EMPTY);
+
+    /// A triangle.
+    #[inline(always)]
+    pub(crate) fn around(vertices: [Vec3; 3], item: Item) -> Self {
+        Self::new(&Bounds3::from_points(vertices), item)
+    }
+
+    #[inline]
+    pub(crate) fn is_none(&self) -> bool {
+        self.0.0.0[0] == f32::INFINITY
+    }
+
+    /// The box; its free lanes mean nothing.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> &Box8 {
+        &self.0
+    }
+
+    #[inline(always)]
+    pub(crate) fn doubled_center(&self) -> [f32; 4] {
+        self.0.doubled_center()
+    }
+
+    /// The doubled middle as a box about this point.
+    #[inline(always)]
+    pub(crate) fn doubled_center_row(&self) -> Row {
+        let lanes = &self.0.0.0;
+        Row(std::array::from_fn(|lane| lanes[lane] - lanes[(lane + 4) % 8]))
+    }
+
+    #[inline(always)]
+    pub(crate) fn doubled_center_at(&self, axis: usize) -> f32 {
+        self.0.0.0[axis] - self.0.0.0[axis + 4]
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_triangle(&self) -> bool {
+        self.0.0.0[7].to_bits() == 0
+    }
+
+    /// The id of a triangle, or the place of another primitive.
+    #[inline(always)]
+    pub(crate) fn place(&self) -> u32 {
+        self.0.0.0[3].to_bits()
+    }
+
+    pub(crate) fn item(&self) -> Item {
+        let place = self.place();
+        match self.0.0.0[7].to_bits() {
+            0 => Item::Triangle(place),
+            1 => Item::Patch(place),
+            2 => Item::Quadric(place),
+            _ => Item::Instance(place),
+        }
+    }
+
+    /// Orders references: triangles first, then by place.
+    #[inline]
+    pub(crate) fn key(&self) -> (u32, u32) {
+        (self.0.0.0[7].to_bits(), self.place())
+    }
+}
+
+/// The boxes about a range of references and about their doubled middles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    pub(crate) bounds: Box8,
+    pub(crate) centers: Box8,
+}
+
+impl Extent {
+    pub(crate) const EMPTY: Self = Self { bounds: Box8::EMPTY, centers: Box8::EMPTY };
+
+    #[inline(always)]
+    pub(crate) fn including(self, reference: &Reference) -> Self {
+        Self {
+            bounds: self.bounds.union(*reference.bounds()),
+            // In this order NaN, the middle of no box, is not taken.
+            centers: Box8::point(reference.doubled_center()).union(self.centers),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self { bounds: self.bounds.union(other.bounds), centers: self.centers.union(other.centers) }
+    }
+
+    pub(crate) fn of(references: &[Reference]) -> Self {
+        references.iter().fold(Self::EMPTY, Self::including)
+    }
+}

@@ -1,0 +1,176 @@
+//! Eight lanes in an AVX register; children are gathered by a table of permutations.
+#![expect(unsafe_code, reason = "the compiler wants it for calling processor instructions")]
+
+use std::arch::x86_64::{
+    __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps,
+    _mm256_andnot_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
+    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permutevar8x32_ps,
+    _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
+};
+use std::ops::{Add, Mul, Sub};
+
+use super::WIDTH;
+use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+
+/// The proof that the processor has AVX2 and the bit instructions that came with it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2(());
+
+impl Avx2 {
+    #[inline(always)]
+    pub(crate) fn new() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        found.then_some(Self(()))
+    }
+}
+
+/// For each mask, the places of its bits in ascending order; what follows them is zero.
+static PLACES_OF_BITS: [[u8; WIDTH]; 256] = {
+    let mut table = [[0; WIDTH]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut count, mut bit) = (0, 0);
+        while bit < WIDTH {
+            if mask >> bit & 1 == 1 {
+                table[mask][count] = bit as u8;
+                count += 1;
+            }
+            bit += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// An expression of instructions on registers.
+macro_rules! avx2 {
+    ($instructions:expr) => {
+        // SAFETY: the instructions touch registers only, and values of the type exist only where the processor has them.
+        unsafe { $instructions }
+    };
+}
+
+impl Isa for Avx2 {
+    type F32 = F32x8;
+
+    #[inline(always)]
+    fn enter<T: Task>(self, task: T) -> T::Output {
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn run<T: Task>(isa: Avx2, task: T) -> T::Output {
+            task.run(isa)
+        }
+        // SAFETY: `self` proves that the processor has the features.
+        unsafe { run(self, task) }
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> F32x8 {
+        F32x8(avx2!(_mm256_set1_ps(value)))
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row) -> F32x8 {
+        // SAFETY: a row is eight `f32`, aligned to 32 bytes.
+        F32x8(unsafe { _mm256_load_ps(row.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+        // SAFETY: the order, the row, both parts of the window and a line of the table have eight places each; `self` proves the features.
+        unsafe {
+            let order = _mm256_loadu_si256(FAR_TO_NEAR[octant.index()].as_ptr().cast());
+            let enter = _mm256_permutevar8x32_ps(interval.enter.0, order);
+            let exit = _mm256_permutevar8x32_ps(interval.exit.0, order);
+            let children = _mm256_permutevar8x32_ps(self.load(children).0, order);
+            let mask = F32x8(enter).less_or_equal(F32x8(exit));
+            let places = PLACES_OF_BITS[mask as usize % 256].as_ptr();
+            let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.cast()));
+            _mm256_storeu_ps(window.children.as_mut_ptr(), _mm256_permutevar8x32_ps(children, places));
+            _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, places));
+            mask.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(self, place: *const Row) {
+        // SAFETY: a prefetch reads nothing, and may be given any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
+    }
+}
+
+/// Eight `f32`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct F32x8(__m256);
+
+impl Lanes for F32x8 {
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        let mut lanes = [0.0; WIDTH];
+        // SAFETY: the array has eight places; values of the type exist only where the processor has the instruction.
+        unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), self.0) }
+        lanes
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(avx2!(_mm256_min_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(avx2!(_mm256_max_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(avx2!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self(avx2!(_mm256_div_ps(_mm256_set1_ps(1.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> u32 {
+        avx2!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0))) as u32
+    }
+
+    #[inline(always)]
+    fn less_or_equal(self, other: Self) -> u32 {
+        avx2!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0))) as u32
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        avx2!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0))) as u32
+    }
+}
+
+impl Add for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(avx2!(_mm256_add_ps(self.0, other.0)))
+    }
+}
+
+impl Sub for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(avx2!(_mm256_sub_ps(self.0, other.0)))
+    }
+}
+
+impl Mul for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(avx2!(_mm256_mul_ps(self.0, other.0)))
+    }
+}

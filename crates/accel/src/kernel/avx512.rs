@@ -1,0 +1,161 @@
+//! Eight lanes in a 256-bit register with the masks, permutations and compressions of AVX-512.
+//!
+//! Half the width of the registers: a ray meets eight children, and the other half would idle.
+#![expect(unsafe_code, reason = "the compiler wants it for calling processor instructions")]
+
+use std::arch::x86_64::{
+    __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps, _mm256_andnot_ps,
+    _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256, _mm256_maskz_compress_ps,
+    _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps,
+    _mm256_sub_ps,
+};
+use std::ops::{Add, Mul, Sub};
+
+use super::WIDTH;
+use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+
+/// The proof that the processor has AVX-512 F, VL, BW and DQ, and BMI.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512(());
+
+impl Avx512 {
+    #[inline(always)]
+    pub(crate) fn new() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        found.then_some(Self(()))
+    }
+}
+
+/// An expression of instructions on registers.
+macro_rules! avx512 {
+    ($instructions:expr) => {
+        // SAFETY: the instructions touch registers only, and values of the type exist only where the processor has them.
+        unsafe { $instructions }
+    };
+}
+
+impl Isa for Avx512 {
+    type F32 = F32x8;
+
+    #[inline(always)]
+    fn enter<T: Task>(self, task: T) -> T::Output {
+        #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,bmi1,bmi2,lzcnt,popcnt")]
+        fn run<T: Task>(isa: Avx512, task: T) -> T::Output {
+            task.run(isa)
+        }
+        // SAFETY: `self` proves that the processor has the features.
+        unsafe { run(self, task) }
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> F32x8 {
+        F32x8(avx512!(_mm256_set1_ps(value)))
+    }
+
+    #[inline(always)]
+    fn load(self, row: &Row) -> F32x8 {
+        // SAFETY: a row is eight `f32`, aligned to 32 bytes.
+        F32x8(unsafe { _mm256_load_ps(row.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+        // SAFETY: the order, the row and both parts of the window are eight words each; `self` proves the features.
+        unsafe {
+            let order = _mm256_loadu_si256(FAR_TO_NEAR[octant.index()].as_ptr().cast());
+            let enter = _mm256_permutexvar_ps(order, interval.enter.0);
+            let exit = _mm256_permutexvar_ps(order, interval.exit.0);
+            let children = _mm256_permutexvar_ps(order, self.load(children).0);
+            let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
+            _mm256_storeu_ps(window.children.as_mut_ptr(), _mm256_maskz_compress_ps(mask, children));
+            _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_maskz_compress_ps(mask, enter));
+            mask.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(self, place: *const Row) {
+        // SAFETY: a prefetch reads nothing, and may be given any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
+    }
+}
+
+/// Eight `f32`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct F32x8(__m256);
+
+impl Lanes for F32x8 {
+    #[inline(always)]
+    fn to_array(self) -> [f32; WIDTH] {
+        let mut lanes = [0.0; WIDTH];
+        // SAFETY: the array has eight places; values of the type exist only where the processor has the instruction.
+        unsafe { _mm256_storeu_ps(lanes.as_mut_ptr(), self.0) }
+        lanes
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(avx512!(_mm256_min_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(avx512!(_mm256_max_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(avx512!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self(avx512!(_mm256_div_ps(_mm256_set1_ps(1.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> u32 {
+        avx512!(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)).into()
+    }
+
+    #[inline(always)]
+    fn less_or_equal(self, other: Self) -> u32 {
+        avx512!(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0)).into()
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        avx512!(_mm256_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0)).into()
+    }
+}
+
+impl Add for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(avx512!(_mm256_add_ps(self.0, other.0)))
+    }
+}
+
+impl Sub for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(avx512!(_mm256_sub_ps(self.0, other.0)))
+    }
+}
+
+impl Mul for F32x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(avx512!(_mm256_mul_ps(self.0, other.0)))
+    }
+}

@@ -1,0 +1,138 @@
+//! What a kernel asks of an instruction set: eight lanes of `f32`, and how to enter code that is compiled for it.
+
+use std::ops::{Add, Mul, Sub};
+
+use super::scalar::Scalar;
+use super::{Tier, WIDTH};
+
+/// Eight numbers in a row, aligned for the widest load that takes them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Row(pub(crate) [f32; WIDTH]);
+
+impl Row {
+    pub(crate) const fn splat(value: f32) -> Self {
+        Self([value; WIDTH])
+    }
+}
+
+/// A computation that is compiled once for every instruction set.
+///
+/// `run` and everything it inlines must be `#[inline(always)]`: only then does the code become part of the function for which
+/// the instruction set is enabled.
+pub(crate) trait Task {
+    type Output;
+    fn run<I: Isa>(self, isa: I) -> Self::Output;
+}
+
+/// An instruction set that this processor has: a value of the type is the proof.
+pub(crate) trait Isa: Copy {
+    /// Eight lanes.
+    type F32: Lanes;
+
+    /// Runs a task in code compiled for the instruction set.
+    fn enter<T: Task>(self, task: T) -> T::Output;
+
+    /// The same number in every lane.
+    fn splat(self, value: f32) -> Self::F32;
+
+    /// The lanes of a row.
+    fn load(self, row: &Row) -> Self::F32;
+
+    /// Appends to the window those children whose interval is not empty, each with the parameter at which it is entered, and returns
+    /// how many they are: in descending order of `lane ^ octant`. The window's places after them hold anything.
+    fn push(self, children: &Row, interval: Interval<Self::F32>, octant: Octant, window: Window<'_>)
+    -> usize;
+
+    /// Asks for the memory of a place to be brought nearer. Any address is allowed.
+    fn prefetch(self, place: *const Row);
+}
+
+/// Eight lanes of `f32`. Every instruction set gives the same bits.
+pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    fn to_array(self) -> [f32; WIDTH];
+    /// The smaller of each pair; the second where either is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger of each pair; the second where either is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The absolute values.
+    fn abs(self) -> Self;
+    /// `1 / x`, rounded as a division.
+    fn reciprocal(self) -> Self;
+    /// One bit a lane: whether `self < other`; false for NaN.
+    fn less(self, other: Self) -> u32;
+    /// One bit a lane: whether `self <= other`; false for NaN.
+    fn less_or_equal(self, other: Self) -> u32;
+    /// One bit a lane: whether `self == other`; false for NaN.
+    fn equal(self, other: Self) -> u32;
+}
+
+/// Where a ray enters and leaves eight boxes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval<F> {
+    pub(crate) enter: F,
+    pub(crate) exit: F,
+}
+
+/// The signs of a ray's direction, one bit an axis, set where it is negative: at most 7.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(crate) struct Octant(u8);
+
+impl Octant {
+    /// In which lanes are appended in ascending order.
+    pub(crate) const ASCENDING: Self = Self(7);
+
+    #[inline(always)]
+    pub(crate) fn new(negative: [bool; 3]) -> Self {
+        Self(negative.iter().rev().fold(0, |bits, &bit| bits << 1 | u8::from(bit)))
+    }
+
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        (self.0 & 7) as usize
+    }
+}
+
+/// Eight free places of a stack.
+pub(crate) struct Window<'a> {
+    pub(crate) children: &'a mut [f32; WIDTH],
+    pub(crate) enters: &'a mut [f32; WIDTH],
+}
+
+/// For each octant, the lanes from far to near.
+pub(crate) const FAR_TO_NEAR: [[u32; WIDTH]; 8] = {
+    let mut orders = [[0; WIDTH]; 8];
+    let mut octant = 0;
+    while octant < 8 {
+        let mut place = 0;
+        while place < WIDTH {
+            orders[octant][place] = (octant ^ (WIDTH - 1 - place)) as u32;
+            place += 1;
+        }
+        octant += 1;
+    }
+    orders
+};
+
+/// Runs a task on the instruction set of a tier; on the specification where the processor lacks it.
+#[inline(always)]
+pub(crate) fn dispatch<T: Task>(tier: Tier, task: T) -> T::Output {
+    match tier {
+        #[cfg(target_arch = "x86_64")]
+        Tier::Avx512 => match super::avx512::Avx512::new() {
+            Some(isa) => isa.enter(task),
+            None => Scalar.enter(task),
+        },
+        #[cfg(target_arch = "x86_64")]
+        Tier::Avx2 => match super::avx2::Avx2::new() {
+            Some(isa) => isa.enter(task),
+            None => Scalar.enter(task),
+        },
+        #[cfg(target_arch = "x86_64")]
+        Tier::Sse2 => super::sse2::Sse2.enter(task),
+        #[cfg(target_arch = "aarch64")]
+        Tier::Neon => super::neon::Neon.enter(task),
+        _ => Scalar.enter(task),
+    }
+}

@@ -1,0 +1,195 @@
+//! The watertight test on eight lanes, whatever differs between them: the triangles, or the rays.
+//!
+//! The arithmetic is that of [`triangle::intersect`], operation by operation. No operation is fused with another: the sign of
+//! an edge function must come out reversed for the triangle on the other side of the edge.
+
+use sahl_math::{Ray, Vec3};
+
+use super::WIDTH;
+use super::isa::{Isa, Lanes};
+use crate::geometry::triangle::{self, Shear};
+
+/// A hit of a ray with a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockHit {
+    pub(crate) t: f32,
+    pub(crate) b1: f32,
+    pub(crate) b2: f32,
+    pub(crate) id: u32,
+}
+
+/// Vertices relative to the ray's origin: axis in the order of [`Shear::axes`], vertex.
+pub(super) struct Relative<F> {
+    pub(super) x: [F; 3],
+    pub(super) y: [F; 3],
+    pub(super) z: [F; 3],
+}
+
+/// What else the test asks of rays.
+pub(super) struct RayLanes<F> {
+    /// [`Shear::factors`].
+    pub(super) factors: [F; 3],
+    pub(super) t_min: F,
+    /// The largest parameter that counts.
+    pub(super) limit: F,
+}
+
+/// The lanes that may be hit.
+pub(crate) struct Solved {
+    pub(crate) lanes: u32,
+    /// Those in which `f32` cannot tell on which side of `t_min` the hit lies.
+    doubtful: u32,
+    /// Those in which an edge function is zero.
+    on_edge: u32,
+    t: [f32; WIDTH],
+    b1: [f32; WIDTH],
+    b2: [f32; WIDTH],
+}
+
+/// Twice the signed areas that the ray spans with the edges, each opposite to one vertex.
+struct EdgeFunctions<F> {
+    u: F,
+    v: F,
+    w: F,
+}
+
+/// Where the ray crosses the triangles' planes.
+struct Crossings<F> {
+    t: F,
+    /// One over the sum of the edge functions.
+    reciprocal: F,
+    /// The depths of the vertices along the ray.
+    depths: [F; 3],
+}
+
+/// Lanes by what is known of them; one bit each.
+struct HitLanes {
+    /// Hit, if no other set has them.
+    certain: u32,
+    /// The triangle lies on both sides of the origin.
+    straddling: u32,
+    /// An edge function is zero.
+    on_edge: u32,
+}
+
+impl Solved {
+    /// The hit of one of the lanes; `None` if a closer look finds none at or before `limit`.
+    #[inline(always)]
+    pub(crate) fn hit(
+        &self,
+        lane: usize,
+        ray: &Ray,
+        limit: f32,
+        (id, vertices): (u32, impl FnOnce() -> [Vec3; 3]),
+    ) -> Option<BlockHit> {
+        let hit = BlockHit { t: self.t[lane], b1: self.b1[lane], b2: self.b2[lane], id };
+        if (self.doubtful | self.on_edge) >> lane & 1 == 0 {
+            return Some(hit);
+        }
+        decide(hit, ray, &vertices(), self.on_edge >> lane & 1 == 1).filter(|hit| hit.t <= limit)
+    }
+}
+
+/// The hit for which `f32` is not enough: because an edge function is zero, or because the sign of the parameter is in doubt.
+#[inline(never)]
+fn decide(hit: BlockHit, ray: &Ray, vertices: &[Vec3; 3], on_edge: bool) -> Option<BlockHit> {
+    let ray = &Ray { t_min: ray.t_min.max(0.0), ..*ray };
+    let decided = if on_edge {
+        let exact = triangle::intersect_sheared(ray, &Shear::new(ray.direction), *vertices)?;
+        BlockHit { t: exact.t, b1: exact.b1, b2: exact.b2, ..hit }
+    } else {
+        BlockHit { t: triangle::plane_parameter(ray, *vertices).unwrap_or(hit.t), ..hit }
+    };
+    (decided.t > ray.t_min).then_some(decided)
+}
+
+impl<F: Lanes> Relative<F> {
+    /// The hits strictly between `t_min` and infinity and at or before the limit.
+    #[inline(always)]
+    pub(super) fn solve<I: Isa<F32 = F>>(&self, isa: I, ray: &RayLanes<F>) -> Solved {
+        let edges = self.edge_functions(ray);
+        // No branch here: half of the time a lane is inside, and when cannot be predicted.
+        let inside = edges.inside(isa.splat(0.0));
+        let crossings = self.crossings(&edges, ray);
+        let hits = crossings.hits(isa, (&edges, inside), ray);
+        let doubtful =
+            if hits.straddling == 0 { 0 } else { hits.straddling & self.doubtful(isa, &crossings, ray) };
+        Solved {
+            lanes: hits.certain | doubtful | hits.on_edge,
+            doubtful,
+            on_edge: hits.on_edge,
+            t: crossings.t.to_array(),
+            b1: (edges.v * crossings.reciprocal).to_array(),
+            b2: (edges.w * crossings.reciprocal).to_array(),
+        }
+    }
+
+    #[inline(always)]
+    fn edge_functions(&self, ray: &RayLanes<F>) -> EdgeFunctions<F> {
+        let [sx, sy, _] = ray.factors;
+        let [ax, bx, cx] = sheared(&self.x, &self.z, sx);
+        let [ay, by, cy] = sheared(&self.y, &self.z, sy);
+        EdgeFunctions { u: cx * by - cy * bx, v: ax * cy - ay * cx, w: bx * ay - by * ax }
+    }
+
+    #[inline(always)]
+    fn crossings(&self, edges: &EdgeFunctions<F>, ray: &RayLanes<F>) -> Crossings<F> {
+        let [_, _, scale] = ray.factors;
+        let depths = [scale * self.z[0], scale * self.z[1], scale * self.z[2]];
+        let reciprocal = (edges.u + edges.v + edges.w).reciprocal();
+        let t = (edges.u * depths[0] + edges.v * depths[1] + edges.w * depths[2]) * reciprocal;
+        Crossings { t, reciprocal, depths }
+    }
+
+    /// The lanes in which `f32` cannot tell on which side of `t_min` the hit lies.
+    #[inline(always)]
+    fn doubtful<I: Isa<F32 = F>>(&self, isa: I, crossings: &Crossings<F>, ray: &RayLanes<F>) -> u32 {
+        let [_, _, scale] = ray.factors;
+        let reach = largest(&self.x).max(largest(&self.y)).max(largest(&self.z));
+        let determinant =
+            isa.splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * crossings.reciprocal.abs();
+        let margin = (determinant + isa.splat(triangle::MARGIN_DEPTH)) * (reach * scale.abs());
+        (crossings.t - ray.t_min).abs().less_or_equal(margin)
+    }
+}
+
+#[inline(always)]
+fn sheared<F: Lanes>(x: &[F; 3], z: &[F; 3], factor: F) -> [F; 3] {
+    [x[0] - factor * z[0], x[1] - factor * z[1], x[2] - factor * z[2]]
+}
+
+#[inline(always)]
+fn largest<F: Lanes>(x: &[F; 3]) -> F {
+    x[0].abs().max(x[1].abs()).max(x[2].abs())
+}
+
+impl<F: Lanes> EdgeFunctions<F> {
+    /// The lanes in which no two differ in sign. Padding is NaN in all three and not among them.
+    #[inline(always)]
+    fn inside(&self, zero: F) -> u32 {
+        let lowest = self.u.min(self.v).min(self.w);
+        let highest = self.u.max(self.v).max(self.w);
+        zero.less_or_equal(lowest) | highest.less_or_equal(zero)
+    }
+}
+
+impl<F: Lanes> Crossings<F> {
+    #[inline(always)]
+    fn hits<I: Isa<F32 = F>>(
+        &self,
+        isa: I,
+        (edges, inside): (&EdgeFunctions<F>, u32),
+        ray: &RayLanes<F>,
+    ) -> HitLanes {
+        let zero = isa.splat(0.0);
+        let [a, b, c] = self.depths;
+        // The signs of the depths are exact. A triangle behind the origin cannot be hit.
+        let in_front = inside & zero.less(a.max(b).max(c));
+        let in_interval = ray.t_min.less(self.t) & self.t.less_or_equal(ray.limit);
+        HitLanes {
+            certain: in_front & in_interval,
+            straddling: in_front & a.min(b).min(c).less_or_equal(zero),
+            on_edge: in_front & (edges.u.equal(zero) | edges.v.equal(zero) | edges.w.equal(zero)),
+        }
+    }
+}

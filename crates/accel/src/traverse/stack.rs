@@ -1,0 +1,115 @@
+//! What a traversal has still to visit.
+
+use crate::build::MAX_DEPTH;
+use crate::kernel::{Interval, Isa, Node, NodeRay, Octant, Row, WIDTH, Window};
+use crate::layout::Child;
+
+/// Levels that the conversion of a leaf may add below a binary tree.
+const LEAF_LEVELS: u32 = 4;
+
+/// Entries that a node may leave pending for each level of the tree.
+const PENDING_A_LEVEL: u32 = WIDTH as u32 - 1;
+
+/// A stack large enough for every tree of a world, chosen once: clearing a large one costs as much as a small scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StackSize {
+    Small,
+    Medium,
+    /// Enough for any tree.
+    Large,
+}
+
+/// The places of each [`StackSize`].
+pub(crate) const SMALL: usize = 64;
+pub(crate) const MEDIUM: usize = 160;
+pub(crate) const LARGE: usize = 512;
+
+const _: () = assert!(StackSize::needed(MAX_DEPTH + LEAF_LEVELS) <= LARGE);
+
+impl StackSize {
+    /// The places that a traversal of a tree of this depth in wide nodes may use.
+    const fn needed(depth: u32) -> usize {
+        // The bottom, what each level leaves pending, and the window into which a node writes.
+        (1 + PENDING_A_LEVEL * depth) as usize + WIDTH
+    }
+
+    /// The size for trees of at most this depth.
+    pub(crate) fn for_depth(depth: u32) -> Self {
+        match Self::needed(depth) {
+            ..=SMALL => Self::Small,
+            ..=MEDIUM => Self::Medium,
+            _ => Self::Large,
+        }
+    }
+}
+
+/// Pending children, the next to visit on top, each with the parameter at which the ray enters its box.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stack<const N: usize> {
+    /// The bits of the encoded references.
+    children: [f32; N],
+    enters: [f32; N],
+    height: usize,
+}
+
+impl<const N: usize> Stack<N> {
+    /// Nothing to visit.
+    #[inline(always)]
+    pub(crate) fn empty() -> Self {
+        let mut stack = Self { children: [0.0; N], enters: [0.0; N], height: 1 };
+        // Always there, at the bottom: whoever pops need not ask whether there is anything left.
+        stack.children[0] = f32::from_bits(Child::NOTHING);
+        stack.enters[0] = f32::NEG_INFINITY;
+        stack
+    }
+
+    /// Forgets what is pending.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.height = 1;
+    }
+
+    /// Takes the topmost reference; [`Child::NOTHING`] at the end, after which the stack must be cleared.
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> u32 {
+        self.height = self.height.wrapping_sub(1);
+        self.children[self.height.min(N - 1)].to_bits()
+    }
+
+    /// Pushes the children of a node that the ray meets before `reach`, the nearest last.
+    #[inline(always)]
+    pub(crate) fn push_children<I: Isa>(&mut self, isa: I, node: Node<'_>, ray: &NodeRay, reach: f32) {
+        let interval = node.interval(isa, ray, reach);
+        // Trees are no deeper than the stack was chosen for.
+        if let Some(window) = self.window(self.height.min(N - WIDTH)) {
+            self.height += isa.push(node.children(), interval, ray.octant, window);
+        }
+    }
+
+    /// Drops what begins after `reach`.
+    ///
+    /// Done once a hit: to compare when popping would be a branch that cannot be predicted.
+    #[inline(always)]
+    pub(crate) fn cull<I: Isa>(&mut self, isa: I, reach: f32) {
+        let height = self.height.min(N - WIDTH);
+        self.enters[height..height + WIDTH].fill(f32::INFINITY);
+        let (mut from, mut kept) = (0, 0);
+        while from < height {
+            let Some(window) = self.window(from) else { return };
+            let (children, enters) = (Row(*window.children), Row(*window.enters));
+            let interval = Interval { enter: isa.load(&enters), exit: isa.splat(reach) };
+            let Some(window) = self.window(kept) else { return };
+            kept += isa.push(&children, interval, Octant::ASCENDING, window);
+            from += WIDTH;
+        }
+        self.height = kept;
+    }
+
+    #[inline(always)]
+    fn window(&mut self, place: usize) -> Option<Window<'_>> {
+        let place = place.min(N - WIDTH);
+        let children = self.children[place..].first_chunk_mut()?;
+        let enters = self.enters[place..].first_chunk_mut()?;
+        Some(Window { children, enters })
+    }
+}

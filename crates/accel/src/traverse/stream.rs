@@ -1,0 +1,212 @@
+//! Traversal by many rays that have nothing to do with each other.
+//!
+//! One ray's way through a tree is a chain: where it goes next is known only when the last box test has come out of the
+//! pipeline, and half of the branches cannot be predicted. So some rays are kept in flight. Those that stand
+//! before a node wait in one queue and those before a leaf in another: each loop does one thing, without asking which,
+//! and the processor works on several rays at once. The memory of a ray's next node is asked for when the ray joins a queue.
+
+use sahl_math::Ray;
+
+use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
+use super::wide::{Scene, visit_block, visit_other};
+use super::{NoCount, PreparedRay, Search};
+use crate::kernel::{EXIT_WIDENING, Isa, Task, Tier, dispatch};
+use crate::layout::{Child, Stage, WideTree};
+
+/// Rays in flight.
+const SLOTS: usize = 16;
+
+/// What a query is asked of each ray of a slice.
+pub(crate) trait Query {
+    type Search: Search;
+    /// Starts the search of a ray up to the largest parameter that counts.
+    fn start(&self, limit: f32) -> Self::Search;
+    /// Takes the result for the ray at a place of the slice. Rays that can hit nothing have none.
+    fn finish(&mut self, place: usize, search: &Self::Search, ended: bool);
+}
+
+/// Searches a tree for many rays.
+#[inline]
+pub(crate) fn traverse_stream<Q: Query>(
+    scene: Scene<'_>,
+    (tier, stack_size): (Tier, StackSize),
+    tree: &WideTree,
+    rays: &[Ray],
+    query: &mut Q,
+) {
+    let Some(root) = tree.root else { return };
+    match stack_size {
+        StackSize::Small => dispatch(tier, Stream::<Q, SMALL> { scene, root, rays, query }),
+        StackSize::Medium => dispatch(tier, Stream::<Q, MEDIUM> { scene, root, rays, query }),
+        StackSize::Large => dispatch(tier, Stream::<Q, LARGE> { scene, root, rays, query }),
+    }
+}
+
+struct Stream<'a, Q, const N: usize> {
+    scene: Scene<'a>,
+    root: u32,
+    rays: &'a [Ray],
+    query: &'a mut Q,
+}
+
+/// A ray in flight.
+struct Slot<S, const N: usize> {
+    ray: PreparedRay,
+    search: S,
+    stack: Stack<N>,
+    /// [`EXIT_WIDENING`] times the limit of the search.
+    reach: f32,
+    /// The next to visit.
+    child: u32,
+    /// The place of the ray in the slice.
+    place: usize,
+    ended: bool,
+}
+
+/// The slots that wait, as sets of bits, one set a stage.
+///
+/// In a register: queues in memory would make every step wait for the last, because the processor could not tell whether the
+/// place that one writes is the place that the other reads.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+struct Waiting(u64);
+
+const _: () = assert!(SLOTS * Stage::COUNT <= u64::BITS as usize);
+
+impl Waiting {
+    const EVERY_SLOT: u64 = (1 << SLOTS) - 1;
+
+    #[inline(always)]
+    fn join(&mut self, stage: Stage, slot: usize) {
+        self.0 |= 1 << (stage as usize * SLOTS + slot);
+    }
+
+    /// Empties the set of a stage and returns it.
+    #[inline(always)]
+    fn take(&mut self, stage: Stage) -> SlotSet {
+        let shift = stage as usize * SLOTS;
+        let set = SlotSet(self.0 >> shift & Self::EVERY_SLOT);
+        self.0 &= !(Self::EVERY_SLOT << shift);
+        set
+    }
+}
+
+/// Slots in ascending order.
+struct SlotSet(u64);
+
+impl Iterator for SlotSet {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let slot = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(slot % SLOTS)
+    }
+}
+
+impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { scene, root, rays, query } = self;
+        let mut pending = rays.iter().enumerate();
+        let mut waiting = Waiting::default();
+        let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
+        for (place, slot) in slots.iter_mut().enumerate() {
+            if let Some((ray, prepared)) = next_usable(&mut pending) {
+                let search = query.start(prepared.limit());
+                *slot = Some(Slot::new(ray, prepared, search, root));
+                waiting.join(Stage::Node, place);
+            }
+        }
+        while waiting != Waiting::default() {
+            for place in waiting.take(Stage::Node) {
+                let Some(slot) = &mut slots[place] else { continue };
+                let node = scene.trees.node(Child::row(slot.child));
+                slot.stack.push_children(isa, node, &slot.ray.node_ray, slot.reach);
+                waiting.join(slot.advance(isa, scene), place);
+            }
+            for place in waiting.take(Stage::Block) {
+                let Some(slot) = &mut slots[place] else { continue };
+                let search = (&mut slot.search, &mut NoCount);
+                let ended = visit_block(isa, scene, slot.child, &slot.ray, search);
+                slot.after_leaf(isa, ended);
+                waiting.join(slot.advance(isa, scene), place);
+            }
+            for place in waiting.take(Stage::Other) {
+                let Some(slot) = &mut slots[place] else { continue };
+                let search = (&mut slot.search, &mut NoCount);
+                let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
+                slot.after_leaf(isa, ended);
+                waiting.join(slot.advance(isa, scene), place);
+            }
+            for place in waiting.take(Stage::Done) {
+                let Some(slot) = &mut slots[place] else { continue };
+                query.finish(slot.place, &slot.search, slot.ended);
+                if let Some((ray, prepared)) = next_usable(&mut pending) {
+                    slot.restart(ray, prepared, query.start(prepared.limit()), root);
+                    waiting.join(Stage::Node, place);
+                }
+            }
+        }
+    }
+}
+
+/// The next ray that can hit anything, with its place.
+#[inline(always)]
+fn next_usable<'a>(pending: &mut impl Iterator<Item = (usize, &'a Ray)>) -> Option<(usize, PreparedRay)> {
+    for (place, ray) in pending {
+        if let Some(prepared) = PreparedRay::new(ray) {
+            return Some((place, prepared));
+        }
+    }
+    None
+}
+
+impl<S: Search, const N: usize> Slot<S, N> {
+    #[inline(always)]
+    fn new(place: usize, ray: PreparedRay, search: S, root: u32) -> Self {
+        let reach = search.limit() * EXIT_WIDENING;
+        Self { ray, search, stack: Stack::empty(), reach, child: root, place, ended: false }
+    }
+
+    /// As [`Self::new`], without clearing the memory of the stack.
+    #[inline(always)]
+    fn restart(&mut self, place: usize, ray: PreparedRay, search: S, root: u32) {
+        self.ray = ray;
+        self.reach = search.limit() * EXIT_WIDENING;
+        self.search = search;
+        self.stack.clear();
+        self.child = root;
+        self.place = place;
+        self.ended = false;
+    }
+
+    /// Drops what a leaf has made superfluous.
+    #[inline(always)]
+    fn after_leaf<I: Isa>(&mut self, isa: I, ended: bool) {
+        let reach = self.search.limit() * EXIT_WIDENING;
+        if ended {
+            self.ended = true;
+            self.stack.clear();
+        } else if reach < self.reach {
+            self.reach = reach;
+            self.stack.cull(isa, reach);
+        }
+    }
+
+    /// Finds what is to be visited next.
+    #[inline(always)]
+    fn advance<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> Stage {
+        self.child = self.stack.pop();
+        let first = scene.trees.address(Child::row(self.child));
+        for row in [0, 2, 4, 6] {
+            isa.prefetch(first.wrapping_add(row));
+        }
+        Child::stage(self.child)
+    }
+}

@@ -1,0 +1,116 @@
+//! Scenes: one mesh and Embree's tree over it.
+
+use std::sync::Arc;
+
+use sahl_accel::TriangleMesh;
+
+use super::device::Device;
+use super::ffi::{self, SceneHandle};
+use crate::Result;
+
+/// Build quality.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quality {
+    /// Binned SAH; the default.
+    Medium,
+    /// With spatial splits.
+    High,
+}
+
+/// A mesh handed over to Embree. Until [`Scene::commit`] there is no tree.
+#[derive(Debug)]
+pub(crate) struct Scene {
+    pub(super) device: Arc<Device>,
+    pub(super) handle: SceneHandle,
+    /// Read by Embree as long as the scene lives.
+    _vertices: Vec<f32>,
+    /// As above.
+    _mesh: TriangleMesh,
+}
+
+// SAFETY: Embree's scenes may be used from any thread, one at a time as long as they change (`&mut self` here).
+unsafe impl Send for Scene {}
+// SAFETY: of what takes `&self`, the queries on a committed scene are meant for any number of threads at once.
+unsafe impl Sync for Scene {}
+
+impl Scene {
+    /// A scene of the mesh, whose buffers are shared with Embree.
+    ///
+    /// # Errors
+    /// Embree refuses.
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        mesh: &TriangleMesh,
+        quality: Quality,
+        robust: bool,
+    ) -> Result<Self> {
+        let api = &device.api;
+        // Embree reads vertices by loads of 16 bytes: room for one float after the last.
+        let vertices: Vec<f32> =
+            mesh.positions.iter().flat_map(|&p| <[f32; 3]>::from(p)).chain([0.0; 4]).collect();
+        let quality = match quality {
+            Quality::Medium => ffi::BUILD_QUALITY_MEDIUM,
+            Quality::High => ffi::BUILD_QUALITY_HIGH,
+        };
+        // SAFETY: the device is alive.
+        let handle = unsafe { (api.new_scene)(device.handle) };
+        if handle.is_null() {
+            device.check()?;
+            return Err("Embree makes no scene".into());
+        }
+        let scene = Self { device: Arc::clone(device), handle, _vertices: vertices, _mesh: mesh.clone() };
+        // SAFETY: handles are alive; the buffers hold as many elements of the sizes and formats as is said, with the padding that
+        // Embree asks for, at heap addresses that stay when the scene is moved, and live as long as it.
+        unsafe {
+            (api.set_scene_flags)(handle, if robust { ffi::SCENE_FLAG_ROBUST } else { ffi::SCENE_FLAG_NONE });
+            (api.set_scene_build_quality)(handle, quality);
+            let geometry = (api.new_geometry)(device.handle, ffi::GEOMETRY_TYPE_TRIANGLE);
+            (api.set_shared_geometry_buffer)(
+                geometry,
+                ffi::BUFFER_TYPE_VERTEX,
+                0,
+                ffi::FORMAT_FLOAT3,
+                scene._vertices.as_ptr().cast(),
+                0,
+                size_of::<[f32; 3]>(),
+                mesh.positions.len(),
+            );
+            (api.set_shared_geometry_buffer)(
+                geometry,
+                ffi::BUFFER_TYPE_INDEX,
+                0,
+                ffi::FORMAT_UINT3,
+                scene._mesh.indices.as_ptr().cast(),
+                0,
+                size_of::<[u32; 3]>(),
+                mesh.indices.len(),
+            );
+            (api.commit_geometry)(geometry);
+            (api.attach_geometry)(handle, geometry);
+            (api.release_geometry)(geometry);
+        }
+        device.check()?;
+        Ok(scene)
+    }
+
+    /// Builds the tree.
+    ///
+    /// # Errors
+    /// Embree fails.
+    pub(crate) fn commit(&mut self) -> Result<()> {
+        // SAFETY: the scene is alive and not in use, since it is borrowed alone.
+        unsafe {
+            (self.device.api.commit_scene)(self.handle);
+        }
+        self.device.check()
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        // SAFETY: the handle came from `rtcNewScene` and is released once, before the buffers are freed.
+        unsafe {
+            (self.device.api.release_scene)(self.handle);
+        }
+    }
+}

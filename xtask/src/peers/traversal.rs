@@ -1,0 +1,303 @@
+//! Rays a second: Sahl's queries against Embree's on the same rays.
+
+use std::hint::black_box;
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use sahl_accel::{Accel, Hit};
+use sahl_math::Ray;
+
+use super::timing::{alternate, thread_seconds, wall_seconds};
+use crate::embree::{self, INVALID, RayHit, RayHit16, Scene};
+
+/// Rays a call of Sahl's batch queries.
+const CHUNK: usize = 4_096;
+/// Rays of a turn of a thread where there are several: few enough that all end at nearly the same time.
+const TURN: usize = 1_024;
+
+/// A way to ask Sahl for nearest hits.
+pub(crate) struct NearestQuery {
+    pub(crate) name: &'static str,
+    pub(crate) run: fn(&Accel, &[Ray], &mut [Option<Hit>]),
+}
+
+/// A way to ask Sahl for occlusion.
+pub(crate) struct OcclusionQuery {
+    pub(crate) name: &'static str,
+    pub(crate) run: fn(&Accel, &[Ray], &mut [bool]),
+}
+
+/// Sahl's queries for nearest hits.
+pub(crate) const NEAREST: &[NearestQuery] = &[
+    NearestQuery {
+        name: "single",
+        run: |accel, rays, hits| {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = accel.intersect(ray);
+            }
+        },
+    },
+    NearestQuery { name: "batch", run: Accel::intersect_batch },
+];
+
+/// Sahl's queries for occlusion.
+pub(crate) const OCCLUSION: &[OcclusionQuery] = &[
+    OcclusionQuery {
+        name: "single",
+        run: |accel, rays, occluded| {
+            for (ray, occluded) in rays.iter().zip(occluded) {
+                *occluded = accel.occluded(ray);
+            }
+        },
+    },
+    OcclusionQuery { name: "batch", run: Accel::occluded_batch },
+];
+
+/// One configuration of Embree with its tree.
+pub(crate) struct Rival {
+    pub(crate) name: String,
+    pub(crate) scene: Scene,
+    /// Whether it is shown for information and does not count as Embree's best.
+    pub(crate) informative: bool,
+}
+
+/// What was measured on one workload.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Outcome {
+    pub(crate) rates: Vec<Rate>,
+    /// Rays to which Sahl and Embree give other answers.
+    pub(crate) differing: usize,
+    /// Rays to which two of Sahl's queries give other answers, to the last bit: there should be none.
+    pub(crate) inconsistent: usize,
+}
+
+/// A rate that was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rate {
+    pub(crate) name: String,
+    pub(crate) side: Side,
+    /// Rays a second.
+    pub(crate) rate: f64,
+}
+
+/// Whose rate it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Sahl,
+    Embree,
+    /// Does not count.
+    Information,
+}
+
+impl Outcome {
+    /// The fastest of one side.
+    pub(crate) fn best(&self, side: Side) -> Option<&Rate> {
+        self.rates.iter().filter(|rate| rate.side == side).max_by(|a, b| a.rate.total_cmp(&b.rate))
+    }
+
+    /// Sahl's fastest over Embree's fastest.
+    pub(crate) fn ratio(&self) -> Option<f64> {
+        Some(self.best(Side::Sahl)?.rate / self.best(Side::Embree)?.rate)
+    }
+}
+
+/// Who answers the rays.
+#[derive(Clone, Copy, Debug)]
+enum Contender {
+    Sahl(usize),
+    Single(usize),
+    Packets(usize, bool),
+}
+
+/// What is measured.
+#[derive(Clone, Copy)]
+pub(crate) struct Bench<'a> {
+    pub(crate) accel: &'a Accel,
+    pub(crate) rivals: &'a [Rival],
+    pub(crate) rounds: usize,
+}
+
+impl Bench<'_> {
+    /// Nearest hits on one thread; `packets` says whether Embree's packets are tried.
+    pub(crate) fn nearest(&self, rays: &[Ray], packets: bool) -> Outcome {
+        let contenders = self.contenders(NEAREST.len(), packets);
+        let mut hits = vec![None; rays.len()];
+        let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
+        let mut packed: Vec<RayHit16> = if packets { embree::pack(rays) } else { Vec::new() };
+        let medians = alternate(&contenders, self.rounds, |contender| match contender {
+            Contender::Sahl(query) => thread_seconds(|| {
+                for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
+                    (NEAREST[query].run)(self.accel, rays, hits);
+                }
+                black_box(&hits);
+            }),
+            Contender::Single(rival) => {
+                reset(&mut singles, rays);
+                thread_seconds(|| embree::intersect(&self.rivals[rival].scene, &mut singles))
+            }
+            Contender::Packets(rival, coherent) => {
+                for (packet, rays) in packed.iter_mut().zip(rays.chunks_exact(16)) {
+                    packet.reset(rays);
+                }
+                thread_seconds(|| embree::intersect_packets(&self.rivals[rival].scene, &mut packed, coherent))
+            }
+        });
+        let rates = self.rates(&contenders, &medians, rays.len(), |query| NEAREST[query].name);
+        (NEAREST[0].run)(self.accel, rays, &mut hits);
+        let differing = hits.iter().zip(&singles).filter(|(hit, single)| !is_alike(**hit, single)).count();
+        Outcome { rates, differing, inconsistent: self.inconsistent_hits(rays, &hits) }
+    }
+
+    /// Occlusion on one thread.
+    pub(crate) fn occlusion(&self, rays: &[Ray]) -> Outcome {
+        let contenders = self.contenders(OCCLUSION.len(), false);
+        let mut occluded = vec![false; rays.len()];
+        let mut singles: Vec<embree::Ray> = rays.iter().map(embree::single).collect();
+        let medians = alternate(&contenders, self.rounds, |contender| match contender {
+            Contender::Sahl(query) => thread_seconds(|| {
+                for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
+                    (OCCLUSION[query].run)(self.accel, rays, occluded);
+                }
+                black_box(&occluded);
+            }),
+            Contender::Single(rival) | Contender::Packets(rival, _) => {
+                for (single, ray) in singles.iter_mut().zip(rays) {
+                    single.tfar = ray.t_max;
+                }
+                thread_seconds(|| embree::occluded(&self.rivals[rival].scene, &mut singles))
+            }
+        });
+        let rates = self.rates(&contenders, &medians, rays.len(), |query| OCCLUSION[query].name);
+        (OCCLUSION[0].run)(self.accel, rays, &mut occluded);
+        let expected = singles.iter().map(|single| single.tfar == f32::NEG_INFINITY);
+        let differing = expected.zip(&occluded).filter(|(theirs, ours)| theirs != *ours).count();
+        Outcome { rates, differing, inconsistent: self.inconsistent_occlusion(rays, &occluded) }
+    }
+
+    /// Nearest hits on several threads, by the clock on the wall.
+    pub(crate) fn threads(&self, rays: &[Ray], threads: usize) -> Outcome {
+        let contenders = self.contenders(NEAREST.len(), false);
+        let mut hits = vec![None; rays.len()];
+        let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
+        let medians = alternate(&contenders, self.rounds, |contender| match contender {
+            Contender::Sahl(query) => on_threads(threads, rays, &mut hits, |rays, hits| {
+                (NEAREST[query].run)(self.accel, rays, hits);
+            }),
+            Contender::Single(rival) | Contender::Packets(rival, _) => {
+                reset(&mut singles, rays);
+                let scene = &self.rivals[rival].scene;
+                on_threads(threads, rays, &mut singles, |_, singles| embree::intersect(scene, singles))
+            }
+        });
+        let rates = self.rates(&contenders, &medians, rays.len(), |query| NEAREST[query].name);
+        Outcome { rates, ..Outcome::default() }
+    }
+
+    /// How much faster Sahl's fastest query is on two threads than on one that is started alike.
+    pub(crate) fn scaling(&self, rays: &[Ray]) -> f64 {
+        let mut hits = vec![None; rays.len()];
+        let contenders: Vec<(usize, usize)> =
+            (0..NEAREST.len()).flat_map(|query| [(query, 1), (query, 2)]).collect();
+        let medians = alternate(&contenders, self.rounds, |(query, threads)| {
+            on_threads(threads, rays, &mut hits, |rays, hits| (NEAREST[query].run)(self.accel, rays, hits))
+        });
+        let fastest = |threads: usize| {
+            let times = contenders.iter().zip(&medians).filter(|(contender, _)| contender.1 == threads);
+            times.map(|(_, &time)| time).fold(f64::INFINITY, f64::min)
+        };
+        fastest(1) / fastest(2)
+    }
+
+    /// How many rays some query for nearest hits answers otherwise than the first one, whose answers are given.
+    fn inconsistent_hits(&self, rays: &[Ray], hits: &[Option<Hit>]) -> usize {
+        let mut others = vec![None; rays.len()];
+        let count = |query: &NearestQuery| {
+            (query.run)(self.accel, rays, &mut others);
+            others.iter().zip(hits).filter(|(a, b)| a != b).count()
+        };
+        NEAREST[1..].iter().map(count).max().unwrap_or(0)
+    }
+
+    /// As above for occlusion.
+    fn inconsistent_occlusion(&self, rays: &[Ray], occluded: &[bool]) -> usize {
+        let mut others = vec![false; rays.len()];
+        let count = |query: &OcclusionQuery| {
+            (query.run)(self.accel, rays, &mut others);
+            others.iter().zip(occluded).filter(|(a, b)| a != b).count()
+        };
+        OCCLUSION[1..].iter().map(count).max().unwrap_or(0)
+    }
+
+    fn contenders(&self, queries: usize, packets: bool) -> Vec<Contender> {
+        let mut contenders: Vec<Contender> = (0..queries).map(Contender::Sahl).collect();
+        for rival in 0..self.rivals.len() {
+            contenders.push(Contender::Single(rival));
+            if packets {
+                contenders.extend([false, true].map(|coherent| Contender::Packets(rival, coherent)));
+            }
+        }
+        contenders
+    }
+
+    fn rates(
+        &self,
+        contenders: &[Contender],
+        seconds: &[f64],
+        rays: usize,
+        query_name: impl Fn(usize) -> &'static str,
+    ) -> Vec<Rate> {
+        let rate = |(&contender, &seconds): (&Contender, &f64)| {
+            let (name, side) = match contender {
+                Contender::Sahl(query) => (format!("Sahl {}", query_name(query)), Side::Sahl),
+                Contender::Single(rival) => self.label(rival, ""),
+                Contender::Packets(rival, false) => self.label(rival, ", packets"),
+                Contender::Packets(rival, true) => self.label(rival, ", coherent packets"),
+            };
+            Rate { name, side, rate: rays as f64 / seconds }
+        };
+        contenders.iter().zip(seconds).map(rate).collect()
+    }
+
+    fn label(&self, rival: usize, suffix: &str) -> (String, Side) {
+        let rival = &self.rivals[rival];
+        let side = if rival.informative { Side::Information } else { Side::Embree };
+        (format!("Embree {}{suffix}", rival.name), side)
+    }
+}
+
+/// Whether Sahl and Embree mean the same hit. Its triangle may be another one where two meet.
+fn is_alike(hit: Option<Hit>, single: &RayHit) -> bool {
+    match hit {
+        Some(hit) => single.hit.geometry != INVALID && (hit.t - single.ray.tfar).abs() <= 1e-3 * hit.t,
+        None => single.hit.geometry == INVALID,
+    }
+}
+
+fn reset(singles: &mut [RayHit], rays: &[Ray]) {
+    for (single, ray) in singles.iter_mut().zip(rays) {
+        single.reset(ray);
+    }
+}
+
+/// Seconds on the wall in which `threads` threads answer the rays, turn by turn as they get to it.
+fn on_threads<T: Send>(
+    threads: usize,
+    rays: &[Ray],
+    answers: &mut [T],
+    work: impl Fn(&[Ray], &mut [T]) + Sync,
+) -> f64 {
+    let queue = Mutex::new(rays.chunks(TURN).zip(answers.chunks_mut(TURN)));
+    wall_seconds(|| {
+        thread::scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    loop {
+                        let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+                        let Some((rays, answers)) = next else { break };
+                        work(rays, answers);
+                    }
+                });
+            }
+        });
+    })
+}
