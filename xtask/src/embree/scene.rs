@@ -23,9 +23,9 @@ pub(crate) struct Scene {
     pub(super) device: Arc<Device>,
     pub(super) handle: SceneHandle,
     /// Read by Embree as long as the scene lives.
-    _vertices: Vec<f32>,
+    vertices: Vec<f32>,
     /// As above.
-    _mesh: TriangleMesh,
+    mesh: TriangleMesh,
 }
 
 // SAFETY: Embree's scenes may be used from any thread, one at a time as long as they change (`&mut self` here).
@@ -58,39 +58,34 @@ impl Scene {
             device.check()?;
             return Err("Embree makes no scene".into());
         }
-        let scene = Self { device: Arc::clone(device), handle, _vertices: vertices, _mesh: mesh.clone() };
-        // SAFETY: handles are alive; the buffers hold as many elements of the sizes and formats as is said, with the padding that
-        // Embree asks for, at heap addresses that stay when the scene is moved, and live as long as it.
+        let scene = Self { device: Arc::clone(device), handle, vertices, mesh: mesh.clone() };
+        // SAFETY: the scene is alive, and the values are those of its flags and qualities.
         unsafe {
             (api.set_scene_flags)(handle, if robust { ffi::SCENE_FLAG_ROBUST } else { ffi::SCENE_FLAG_NONE });
             (api.set_scene_build_quality)(handle, quality);
-            let geometry = (api.new_geometry)(device.handle, ffi::GEOMETRY_TYPE_TRIANGLE);
-            (api.set_shared_geometry_buffer)(
-                geometry,
-                ffi::BUFFER_TYPE_VERTEX,
-                0,
-                ffi::FORMAT_FLOAT3,
-                scene._vertices.as_ptr().cast(),
-                0,
-                size_of::<[f32; 3]>(),
-                mesh.positions.len(),
-            );
-            (api.set_shared_geometry_buffer)(
-                geometry,
-                ffi::BUFFER_TYPE_INDEX,
-                0,
-                ffi::FORMAT_UINT3,
-                scene._mesh.indices.as_ptr().cast(),
-                0,
-                size_of::<[u32; 3]>(),
-                mesh.indices.len(),
-            );
-            (api.commit_geometry)(geometry);
-            (api.attach_geometry)(handle, geometry);
-            (api.release_geometry)(geometry);
         }
+        scene.attach_mesh();
         device.check()?;
         Ok(scene)
+    }
+
+    /// Makes the scene's mesh its geometry.
+    fn attach_mesh(&self) {
+        let api = &self.device.api;
+        let vertices = (ffi::BUFFER_TYPE_VERTEX, ffi::FORMAT_FLOAT3, self.vertices.as_ptr().cast());
+        let indices = (ffi::BUFFER_TYPE_INDEX, ffi::FORMAT_UINT3, self.mesh.indices.as_ptr().cast());
+        let counts = [self.mesh.positions.len(), self.mesh.indices.len()];
+        // SAFETY: handles are alive; the buffers hold as many elements of three times four bytes as is said, in these formats and with
+        // the padding that Embree asks for, at heap addresses that stay when the scene is moved, and live as long as it.
+        unsafe {
+            let geometry = (api.new_geometry)(self.device.handle, ffi::GEOMETRY_TYPE_TRIANGLE);
+            for ((kind, format, start), count) in [vertices, indices].into_iter().zip(counts) {
+                (api.set_shared_geometry_buffer)(geometry, kind, 0, format, start, 0, 12, count);
+            }
+            (api.commit_geometry)(geometry);
+            (api.attach_geometry)(self.handle, geometry);
+            (api.release_geometry)(geometry);
+        }
     }
 
     /// Builds the tree.

@@ -75,7 +75,6 @@ struct Comparison<'a> {
 impl Comparison<'_> {
     fn model(&mut self, model: &Model) -> Result<()> {
         println!("\n{}: {} triangles", model.name, grouped(model.mesh.indices.len() as u64));
-        self.warn_if_busy();
         let mut table = Table::new("build");
         // First, while no other device of Embree's exists.
         if self.args.measures(Measurement::Build) {
@@ -111,6 +110,7 @@ impl Comparison<'_> {
     }
 
     fn build(&mut self, model: &Model, table: &mut Table) -> Result<()> {
+        self.warn_if_busy();
         let mut counts = vec![1];
         counts.extend((self.threads > 1).then_some(self.threads));
         for threads in counts {
@@ -160,12 +160,10 @@ impl Comparison<'_> {
             }),
         ];
         let mut notes = String::new();
+        self.warn_if_busy();
         for (what, column, count, measure) in workloads {
             if !self.args.measures(what) {
                 continue;
-            }
-            if what == Measurement::Threads {
-                self.warn_if_busy();
             }
             eprintln!("{}: {column}, {} rays", model.name, grouped(count as u64));
             let outcome = measure();
@@ -180,11 +178,15 @@ impl Comparison<'_> {
         }
         println!("{table}{notes}");
         if self.args.measures(Measurement::Threads) && self.threads > 1 {
-            let scaling = bench.scaling(&rays.bounce);
-            println!("two threads / one: {scaling:.2}");
-            self.summary.scaling.push(scaling);
+            self.scaling(&bench, &rays.bounce);
         }
         Ok(())
+    }
+
+    fn scaling(&mut self, bench: &Bench<'_>, rays: &[Ray]) {
+        let scaling = bench.scaling(rays);
+        println!("two threads / one: {scaling:.2}");
+        self.summary.scaling.push(scaling);
     }
 
     /// Embree's trees over the mesh in every configuration that was asked for and that the processor has; those for information come
@@ -272,12 +274,14 @@ impl Comparison<'_> {
     }
 }
 
-/// Rays of which one of Sahl's queries says that they hit nothing.
+/// Rays of which one of Sahl's queries says that they hit nothing. Queries for rays that are alike are asked for a part of them, since
+/// these are not.
 fn sahl_lost(accel: &Accel, rays: &[Ray]) -> u64 {
     let mut lost = vec![false; rays.len()];
-    let mut hits = vec![None; rays.len()];
     for query in NEAREST {
-        (query.run)(accel, rays, &mut hits);
+        let part = if query.coherent { rays.len() / 16 } else { rays.len() };
+        let mut hits = vec![None; part];
+        (query.run)(accel, &rays[..part], &mut hits);
         lost.iter_mut().zip(&hits).for_each(|(lost, hit)| *lost |= hit.is_none());
     }
     let mut occluded = vec![false; rays.len()];

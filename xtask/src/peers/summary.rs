@@ -48,13 +48,14 @@ const RATIOS: [(&str, Measurement); 6] = [
 
 impl Display for Summary {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "worst")?;
-        for (name, what) in RATIOS {
-            if let Some((model, ratio)) = self.worst(what) {
-                write!(f, " {name} {ratio:.2} ({model})")?;
-            }
+        let worst = |&(name, what): &(&str, Measurement)| {
+            self.worst(what).map(|(model, ratio)| format!(" {name} {ratio:.2} ({model})"))
+        };
+        let worst: String = RATIOS.iter().filter_map(worst).collect();
+        if !worst.is_empty() {
+            writeln!(f, "worst{worst}")?;
         }
-        writeln!(f, "\nscaling {}", shown(geometric_mean(self.scaling.iter().copied())))?;
+        writeln!(f, "scaling {}", shown(geometric_mean(self.scaling.iter().copied())))?;
         write!(f, "geomean")?;
         for (name, what) in RATIOS {
             write!(f, " {name} {}", self.mean(what))?;

@@ -18,6 +18,8 @@ const TURN: usize = 1_024;
 /// A way to ask Sahl for nearest hits.
 pub(crate) struct NearestQuery {
     pub(crate) name: &'static str,
+    /// Whether it is meant for rays that are alike, and is measured with camera rays only.
+    pub(crate) coherent: bool,
     pub(crate) run: fn(&Accel, &[Ray], &mut [Option<Hit>]),
 }
 
@@ -31,13 +33,15 @@ pub(crate) struct OcclusionQuery {
 pub(crate) const NEAREST: &[NearestQuery] = &[
     NearestQuery {
         name: "single",
+        coherent: false,
         run: |accel, rays, hits| {
             for (ray, hit) in rays.iter().zip(hits) {
                 *hit = accel.intersect(ray);
             }
         },
     },
-    NearestQuery { name: "batch", run: Accel::intersect_batch },
+    NearestQuery { name: "batch", coherent: false, run: Accel::intersect_batch },
+    NearestQuery { name: "coherent", coherent: true, run: Accel::intersect_coherent },
 ];
 
 /// Sahl's queries for occlusion.
@@ -118,12 +122,12 @@ pub(crate) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Nearest hits on one thread; `packets` says whether Embree's packets are tried.
-    pub(crate) fn nearest(&self, rays: &[Ray], packets: bool) -> Outcome {
-        let contenders = self.contenders(NEAREST.len(), packets);
+    /// Nearest hits on one thread; `coherent` says whether the rays are alike, so that packets are tried.
+    pub(crate) fn nearest(&self, rays: &[Ray], coherent: bool) -> Outcome {
+        let contenders = self.contenders(&nearest_queries(coherent), coherent);
         let mut hits = vec![None; rays.len()];
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
-        let mut packed: Vec<RayHit16> = if packets { embree::pack(rays) } else { Vec::new() };
+        let mut packed: Vec<RayHit16> = if coherent { embree::pack(rays) } else { Vec::new() };
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
             Contender::Sahl(query) => thread_seconds(|| {
                 for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
@@ -145,12 +149,12 @@ impl Bench<'_> {
         let rates = self.rates(&contenders, &medians, rays.len(), |query| NEAREST[query].name);
         (NEAREST[0].run)(self.accel, rays, &mut hits);
         let differing = hits.iter().zip(&singles).filter(|(hit, single)| !is_alike(**hit, single)).count();
-        Outcome { rates, differing, inconsistent: self.inconsistent_hits(rays, &hits) }
+        Outcome { rates, differing, inconsistent: self.inconsistent_hits(rays, &hits, coherent) }
     }
 
     /// Occlusion on one thread.
     pub(crate) fn occlusion(&self, rays: &[Ray]) -> Outcome {
-        let contenders = self.contenders(OCCLUSION.len(), false);
+        let contenders = self.contenders(&(0..OCCLUSION.len()).collect::<Vec<_>>(), false);
         let mut occluded = vec![false; rays.len()];
         let mut singles: Vec<embree::Ray> = rays.iter().map(embree::single).collect();
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
@@ -176,7 +180,7 @@ impl Bench<'_> {
 
     /// Nearest hits on several threads, by the clock on the wall.
     pub(crate) fn threads(&self, rays: &[Ray], threads: usize) -> Outcome {
-        let contenders = self.contenders(NEAREST.len(), false);
+        let contenders = self.contenders(&nearest_queries(false), false);
         let mut hits = vec![None; rays.len()];
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
@@ -197,7 +201,7 @@ impl Bench<'_> {
     pub(crate) fn scaling(&self, rays: &[Ray]) -> f64 {
         let mut hits = vec![None; rays.len()];
         let contenders: Vec<(usize, usize)> =
-            (0..NEAREST.len()).flat_map(|query| [(query, 1), (query, 2)]).collect();
+            nearest_queries(false).into_iter().flat_map(|query| [(query, 1), (query, 2)]).collect();
         let medians = alternate(&contenders, self.rounds, |(query, threads)| {
             on_threads(threads, rays, &mut hits, |rays, hits| (NEAREST[query].run)(self.accel, rays, hits))
         });
@@ -209,13 +213,13 @@ impl Bench<'_> {
     }
 
     /// How many rays some query for nearest hits answers otherwise than the first one, whose answers are given.
-    fn inconsistent_hits(&self, rays: &[Ray], hits: &[Option<Hit>]) -> usize {
+    fn inconsistent_hits(&self, rays: &[Ray], hits: &[Option<Hit>], coherent: bool) -> usize {
         let mut others = vec![None; rays.len()];
-        let count = |query: &NearestQuery| {
-            (query.run)(self.accel, rays, &mut others);
+        let count = |query: usize| {
+            (NEAREST[query].run)(self.accel, rays, &mut others);
             others.iter().zip(hits).filter(|(a, b)| a != b).count()
         };
-        NEAREST[1..].iter().map(count).max().unwrap_or(0)
+        nearest_queries(coherent).into_iter().map(count).max().unwrap_or(0)
     }
 
     /// As above for occlusion.
@@ -228,8 +232,8 @@ impl Bench<'_> {
         OCCLUSION[1..].iter().map(count).max().unwrap_or(0)
     }
 
-    fn contenders(&self, queries: usize, packets: bool) -> Vec<Contender> {
-        let mut contenders: Vec<Contender> = (0..queries).map(Contender::Sahl).collect();
+    fn contenders(&self, queries: &[usize], packets: bool) -> Vec<Contender> {
+        let mut contenders: Vec<Contender> = queries.iter().copied().map(Contender::Sahl).collect();
         for rival in 0..self.rivals.len() {
             contenders.push(Contender::Single(rival));
             if packets {
@@ -263,6 +267,11 @@ impl Bench<'_> {
         let side = if rival.informative { Side::Information } else { Side::Embree };
         (format!("Embree {}{suffix}", rival.name), side)
     }
+}
+
+/// The queries of [`NEAREST`] that are tried.
+fn nearest_queries(coherent: bool) -> Vec<usize> {
+    (0..NEAREST.len()).filter(|&query| coherent || !NEAREST[query].coherent).collect()
 }
 
 /// Whether Sahl and Embree mean the same hit. Its triangle may be another one where two meet.

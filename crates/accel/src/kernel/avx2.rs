@@ -3,14 +3,15 @@
 
 use std::arch::x86_64::{
     __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps,
-    _mm256_andnot_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
+    _mm256_and_si256, _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_cmp_ps,
+    _mm256_cmpeq_epi32, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
     _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permutevar8x32_ps,
-    _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_storeu_ps, _mm256_sub_ps,
 };
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
 
 /// The proof that the processor has AVX2 and the bit instructions that came with it.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +57,8 @@ macro_rules! avx2 {
 
 impl Isa for Avx2 {
     type F32 = F32x8;
+    type Wide = F32x8;
+    const WIDE: usize = WIDTH;
 
     #[inline(always)]
     fn enter<T: Task>(self, task: T) -> T::Output {
@@ -76,6 +79,16 @@ impl Isa for Avx2 {
     fn load(self, row: &Row) -> F32x8 {
         // SAFETY: a row is eight `f32`, aligned to 32 bytes.
         F32x8(unsafe { _mm256_load_ps(row.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
+        self.load(&rows[group % rows.len()])
+    }
+
+    #[inline(always)]
+    fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
+        rows[group % rows.len()] = Row(lanes.to_array());
     }
 
     #[inline(always)]
@@ -107,6 +120,13 @@ impl Isa for Avx2 {
 pub(crate) struct F32x8(__m256);
 
 impl Lanes for F32x8 {
+    type Array = [f32; WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Self(avx2!(_mm256_set1_ps(value)))
+    }
+
     #[inline(always)]
     fn to_array(self) -> [f32; WIDTH] {
         let mut lanes = [0.0; WIDTH];
@@ -133,6 +153,15 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn reciprocal(self) -> Self {
         Self(avx2!(_mm256_div_ps(_mm256_set1_ps(1.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        avx2!({
+            let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bits), bits);
+            Self(_mm256_blendv_ps(other.0, self.0, _mm256_castsi256_ps(chosen)))
+        })
     }
 
     #[inline(always)]

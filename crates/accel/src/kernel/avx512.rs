@@ -1,18 +1,20 @@
-//! Eight lanes in a 256-bit register with the masks, permutations and compressions of AVX-512.
+//! Eight lanes in a 256-bit register with the masks, permutations and compressions of AVX-512, and sixteen in one of 512 bits.
 //!
-//! Half the width of the registers: a ray meets eight children, and the other half would idle.
+//! Single rays use half the width of the registers: a ray meets eight children, and the other half would idle.
 #![expect(unsafe_code, reason = "the compiler wants it for calling processor instructions")]
 
 use std::arch::x86_64::{
-    __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps, _mm256_andnot_ps,
-    _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256, _mm256_maskz_compress_ps,
-    _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps,
-    _mm256_sub_ps,
+    __m256, __m512, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps,
+    _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
+    _mm256_mask_blend_ps, _mm256_maskz_compress_ps, _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps,
+    _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm512_abs_ps, _mm512_add_ps,
+    _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps, _mm512_max_ps, _mm512_min_ps,
+    _mm512_mul_ps, _mm512_set1_ps, _mm512_storeu_ps, _mm512_sub_ps,
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::WIDTH;
-use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::{BUNDLE_RAYS, WIDTH};
 
 /// The proof that the processor has AVX-512 F, VL, BW and DQ, and BMI.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +45,8 @@ macro_rules! avx512 {
 
 impl Isa for Avx512 {
     type F32 = F32x8;
+    type Wide = F32x16;
+    const WIDE: usize = 2 * WIDTH;
 
     #[inline(always)]
     fn enter<T: Task>(self, task: T) -> T::Output {
@@ -63,6 +67,20 @@ impl Isa for Avx512 {
     fn load(self, row: &Row) -> F32x8 {
         // SAFETY: a row is eight `f32`, aligned to 32 bytes.
         F32x8(unsafe { _mm256_load_ps(row.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn load_wide(self, rows: &BundleRow, group: usize) -> F32x16 {
+        let pair: &[Row; 2] = &rows.as_chunks().0[group % (BUNDLE_RAYS / Self::WIDE)];
+        // SAFETY: two rows are sixteen `f32`.
+        F32x16(unsafe { _mm512_loadu_ps(pair.as_ptr().cast()) })
+    }
+
+    #[inline(always)]
+    fn store_wide(self, lanes: F32x16, rows: &mut BundleRow, group: usize) {
+        let pair: &mut [Row; 2] = &mut rows.as_chunks_mut().0[group % (BUNDLE_RAYS / Self::WIDE)];
+        // SAFETY: two rows are sixteen `f32`.
+        unsafe { _mm512_storeu_ps(pair.as_mut_ptr().cast(), lanes.0) }
     }
 
     #[inline(always)]
@@ -92,6 +110,13 @@ impl Isa for Avx512 {
 pub(crate) struct F32x8(__m256);
 
 impl Lanes for F32x8 {
+    type Array = [f32; WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Self(avx512!(_mm256_set1_ps(value)))
+    }
+
     #[inline(always)]
     fn to_array(self) -> [f32; WIDTH] {
         let mut lanes = [0.0; WIDTH];
@@ -118,6 +143,11 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn reciprocal(self) -> Self {
         Self(avx512!(_mm256_div_ps(_mm256_set1_ps(1.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        Self(avx512!(_mm256_mask_blend_ps(mask as u8, other.0, self.0)))
     }
 
     #[inline(always)]
@@ -157,5 +187,90 @@ impl Mul for F32x8 {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self(avx512!(_mm256_mul_ps(self.0, other.0)))
+    }
+}
+
+/// Sixteen `f32`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct F32x16(__m512);
+
+impl Lanes for F32x16 {
+    type Array = [f32; 2 * WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Self(avx512!(_mm512_set1_ps(value)))
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 2 * WIDTH] {
+        let mut lanes = [0.0; 2 * WIDTH];
+        // SAFETY: the array has sixteen places; values of the type exist only where the processor has the instruction.
+        unsafe { _mm512_storeu_ps(lanes.as_mut_ptr(), self.0) }
+        lanes
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(avx512!(_mm512_min_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(avx512!(_mm512_max_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(avx512!(_mm512_abs_ps(self.0)))
+    }
+
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self(avx512!(_mm512_div_ps(_mm512_set1_ps(1.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        Self(avx512!(_mm512_mask_blend_ps(mask as u16, other.0, self.0)))
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> u32 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0)).into()
+    }
+
+    #[inline(always)]
+    fn less_or_equal(self, other: Self) -> u32 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0)).into()
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> u32 {
+        avx512!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0)).into()
+    }
+}
+
+impl Add for F32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(avx512!(_mm512_add_ps(self.0, other.0)))
+    }
+}
+
+impl Sub for F32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(avx512!(_mm512_sub_ps(self.0, other.0)))
+    }
+}
+
+impl Mul for F32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(avx512!(_mm512_mul_ps(self.0, other.0)))
     }
 }

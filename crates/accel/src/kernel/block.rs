@@ -106,8 +106,12 @@ impl TriangleBlock<'_> {
             t_min: isa.splat(ray.ray.t_min),
             limit: isa.splat(limit),
         };
-        let solved = self.relative_to(isa, ray).solve(isa, &lanes);
-        let mut hits = solved.lanes;
+        let solved = self.relative_to(isa, ray).solve(&lanes);
+        let mut hits = solved.certain | solved.special;
+        if hits == 0 {
+            return false;
+        }
+        let solved = solved.to_arrays();
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize % BLOCK_WIDTH;
             hits &= hits - 1;

@@ -3,38 +3,63 @@
 use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
-use super::isa::{Interval, Isa, Lanes, Octant, Row};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row};
 use super::node::{EXIT_WIDENING, Node, Planes};
-use super::watertight::{RayLanes, Relative, Solved};
+use super::watertight::{RayLanes, Relative, SolvedArrays};
 use crate::geometry::triangle::{Axis, Shear};
 
 /// Rays of a bundle.
 pub(crate) const BUNDLE_RAYS: usize = 64;
 
-/// Groups of [`WIDTH`] rays, which are tested at once.
-pub(crate) const BUNDLE_GROUPS: usize = BUNDLE_RAYS / WIDTH;
+const ROWS: usize = BUNDLE_RAYS / WIDTH;
 
 /// Up to [`BUNDLE_RAYS`] rays of one octant, as a structure of arrays. Places without a ray meet nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct RayBundle {
-    origin: [[Row; BUNDLE_GROUPS]; 3],
-    reciprocal: [[Row; BUNDLE_GROUPS]; 3],
-    widened: [[Row; BUNDLE_GROUPS]; 3],
-    direction: [[Row; BUNDLE_GROUPS]; 3],
-    t_min: [Row; BUNDLE_GROUPS],
+    origin: [BundleRow; 3],
+    reciprocal: [BundleRow; 3],
+    widened: [BundleRow; 3],
+    direction: [BundleRow; 3],
+    t_min: BundleRow,
     /// The largest parameter that counts; negative for rays that meet nothing.
-    limit: [Row; BUNDLE_GROUPS],
+    limit: BundleRow,
     /// [`super::EXIT_WIDENING`] times that.
-    reach: [Row; BUNDLE_GROUPS],
+    reach: BundleRow,
+    /// What is hit at the limit; [`NOTHING`] for rays that have hit nothing.
+    id: BundleRow,
+    instance: BundleRow,
+    weights: [BundleRow; 2],
     /// The shear, if all rays are longest along the same axis.
     shear: Option<BundleShear>,
 }
+
+/// The bits that stand for no primitive and no instance.
+const NOTHING: Row = Row::splat(f32::from_bits(u32::MAX));
 
 /// The shears of rays that are longest along the same axis.
 #[derive(Clone, Copy, Debug)]
 struct BundleShear {
     axes: [Axis; 3],
-    factors: [[Row; BUNDLE_GROUPS]; 3],
+    factors: [BundleRow; 3],
+}
+
+/// What [`RayBundle::load`] has made of rays; one bit each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Loaded {
+    pub(crate) members: u64,
+    /// Rays that could be members of another bundle.
+    pub(crate) others: u64,
+    /// The bounds of the members.
+    pub(crate) frustum: Frustum,
+}
+
+/// What a ray has hit so far; `id` is `u32::MAX`, and `t` the largest parameter that counts, if it has hit nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestHit {
+    pub(crate) t: f32,
+    pub(crate) id: u32,
+    pub(crate) instance: u32,
+    pub(crate) weights: [f32; 2],
 }
 
 /// The bounds of a bundle: each number is the least or the greatest among its rays.
@@ -93,7 +118,7 @@ impl Frustum {
 impl RayBundle {
     /// No rays.
     pub(crate) const EMPTY: Self = {
-        let zero = [Row::splat(0.0); BUNDLE_GROUPS];
+        let zero = [Row::splat(0.0); ROWS];
         Self {
             origin: [zero; 3],
             reciprocal: [zero; 3],
@@ -102,80 +127,95 @@ impl RayBundle {
             t_min: zero,
             limit: zero,
             reach: zero,
+            id: [NOTHING; ROWS],
+            instance: [NOTHING; ROWS],
+            weights: [zero; 2],
             shear: None,
         }
     };
 
-    /// Replaces the rays by up to [`BUNDLE_RAYS`] others.
+    /// Replaces the rays by some of up to [`BUNDLE_RAYS`] others, one bit each in `wanted`.
     ///
-    /// Returns which of them are members, one bit each, with their bounds. Not members are rays in another octant than the first
-    /// member, along an axis, or that hit nothing.
+    /// Not members are rays in another octant than the first member, along an axis, or that hit nothing.
     #[inline(always)]
-    pub(crate) fn load<I: Isa>(&mut self, isa: I, rays: &[Ray]) -> Option<(u64, Frustum)> {
-        let mut usable = 0;
-        let mut negative = [0; 3];
-        for (group, rays) in rays.chunks(WIDTH).enumerate().take(BUNDLE_GROUPS) {
-            let lanes = self.load_group(isa, group, rays);
-            usable |= u64::from(lanes.usable) << (group * WIDTH);
+    pub(crate) fn load<I: Isa>(&mut self, isa: I, rays: &[Ray], wanted: u64) -> Option<Loaded> {
+        self.copy(rays);
+        let (mut usable, mut negative) = (0, [0; 3]);
+        for group in 0..BUNDLE_RAYS / I::WIDE {
+            let lanes = self.prepare_group(isa, group);
+            usable |= u64::from(lanes.usable) << (group * I::WIDE);
             for (all, part) in negative.iter_mut().zip(lanes.negative) {
-                *all |= u64::from(part) << (group * WIDTH);
+                *all |= u64::from(part) << (group * I::WIDE);
             }
         }
+        if rays.len() < BUNDLE_RAYS {
+            usable &= (1 << rays.len()) - 1;
+        }
+        usable &= wanted;
         if usable == 0 {
             return None;
         }
         let first = usable.trailing_zeros() as usize % BUNDLE_RAYS;
         let octant = Octant::new(negative.map(|bits| bits >> first & 1 == 1));
-        let same = |bits: u64| if bits >> first & 1 == 1 { bits } else { !bits };
-        let members = negative.into_iter().fold(usable, |members, bits| members & same(bits));
+        let mut members = usable;
+        for bits in negative {
+            members &= if bits >> first & 1 == 1 { bits } else { !bits };
+        }
         self.exclude(!members, first);
-        self.shear = self.common_shear(isa);
-        Some((members, self.frustum(isa, octant)))
+        self.id = [NOTHING; ROWS];
+        self.instance = [NOTHING; ROWS];
+        self.shear = self.common_shear(isa, first);
+        Some(Loaded { members, others: usable & !members, frustum: self.frustum(isa, octant) })
+    }
+
+    /// Copies what is given of the rays; `reach` holds the ends of their intervals until [`Self::prepare_group`].
+    #[inline(always)]
+    fn copy(&mut self, rays: &[Ray]) {
+        for (place, ray) in rays.iter().enumerate().take(BUNDLE_RAYS) {
+            let (row, lane) = (place / WIDTH, place % WIDTH);
+            let (o, d): ([f32; 3], [f32; 3]) = (ray.origin.into(), ray.direction.into());
+            for axis in 0..3 {
+                self.origin[axis][row].0[lane] = o[axis];
+                self.direction[axis][row].0[lane] = d[axis];
+            }
+            self.t_min[row].0[lane] = ray.t_min;
+            self.limit[row].0[lane] = ray.t_max.next_down();
+            self.reach[row].0[lane] = ray.t_max;
+        }
     }
 
     #[inline(always)]
-    fn load_group<I: Isa>(&mut self, isa: I, group: usize, rays: &[Ray]) -> GroupLanes {
-        let mut t_max = Row::splat(0.0);
-        for (lane, ray) in rays.iter().enumerate().take(WIDTH) {
-            let (o, d): ([f32; 3], [f32; 3]) = (ray.origin.into(), ray.direction.into());
-            for axis in 0..3 {
-                self.origin[axis][group].0[lane] = o[axis];
-                self.direction[axis][group].0[lane] = d[axis];
-            }
-            self.t_min[group].0[lane] = ray.t_min;
-            t_max.0[lane] = ray.t_max;
-            self.limit[group].0[lane] = ray.t_max.next_down();
-        }
-        let zero = isa.splat(0.0);
-        let t_min = isa.load(&self.t_min[group]).max(zero);
-        let reach = isa.load(&self.limit[group]) * isa.splat(EXIT_WIDENING);
-        let mut lanes = GroupLanes { usable: t_min.less(isa.load(&t_max)), negative: [0; 3] };
+    fn prepare_group<I: Isa>(&mut self, isa: I, group: usize) -> GroupLanes {
+        let t_max = isa.load_wide(&self.reach, group);
+        let zero = t_max.splat(0.0);
+        let t_min = isa.load_wide(&self.t_min, group).max(zero);
+        let widening = zero.splat(EXIT_WIDENING);
+        let mut lanes = GroupLanes { usable: t_min.less(t_max), negative: [0; 3] };
         for axis in 0..3 {
-            let (o, d) = (isa.load(&self.origin[axis][group]), isa.load(&self.direction[axis][group]));
-            let reciprocal = d.reciprocal();
-            let widened = reciprocal * isa.splat(EXIT_WIDENING);
+            let origin = isa.load_wide(&self.origin[axis], group);
+            let direction = isa.load_wide(&self.direction[axis], group);
+            let reciprocal = direction.reciprocal();
+            let widened = reciprocal * widening;
             // Zero times what is infinite or NaN is NaN.
-            lanes.usable &= (o * zero + d * zero).equal(zero);
-            lanes.usable &= widened.abs().less_or_equal(isa.splat(f32::MAX));
+            lanes.usable &= (origin * zero + direction * zero).equal(zero);
+            lanes.usable &= widened.abs().less_or_equal(zero.splat(f32::MAX));
             lanes.negative[axis] = reciprocal.less(zero);
-            self.reciprocal[axis][group] = Row(reciprocal.to_array());
-            self.widened[axis][group] = Row(widened.to_array());
+            isa.store_wide(reciprocal, &mut self.reciprocal[axis], group);
+            isa.store_wide(widened, &mut self.widened[axis], group);
         }
-        // Places without a ray have an empty interval.
-        self.t_min[group] = Row(t_min.to_array());
-        self.reach[group] = Row(reach.to_array());
-        lanes.usable &= (1 << rays.len()) - 1;
+        isa.store_wide(t_min, &mut self.t_min, group);
+        isa.store_wide(isa.load_wide(&self.limit, group) * widening, &mut self.reach, group);
         lanes
     }
 
     /// Makes rays meet nothing, and repeats another in their places, which moves no bounds.
     #[inline(always)]
     fn exclude(&mut self, mut places: u64, other: usize) {
-        let (other_group, other_lane) = (other / WIDTH % BUNDLE_GROUPS, other % WIDTH);
+        let (other_group, other_lane) = (other / WIDTH % ROWS, other % WIDTH);
         while places != 0 {
             let place = places.trailing_zeros() as usize;
             places &= places - 1;
-            let (group, lane) = (place / WIDTH % BUNDLE_GROUPS, place % WIDTH);
+            let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
             for rows in self
                 .origin
                 .iter_mut()
@@ -192,27 +232,29 @@ impl RayBundle {
 
     /// The shear of each ray, as [`Shear::new`] gives it.
     #[inline(always)]
-    fn common_shear<I: Isa>(&self, isa: I) -> Option<BundleShear> {
-        let axes = self.ray_axes(0);
+    fn common_shear<I: Isa>(&self, isa: I, first: usize) -> Option<BundleShear> {
+        let axes = self.ray_axes(first);
         let [x, y, z] = axes.map(|axis| axis as usize);
-        let mut longest = 0xff;
-        let mut factors = [[Row::splat(0.0); BUNDLE_GROUPS]; 3];
-        for group in 0..BUNDLE_GROUPS {
-            let [dx, dy, dz] = [x, y, z].map(|axis| &self.direction[axis][group]);
-            let (dx, dy, dz) = (isa.load(dx), isa.load(dy), isa.load(dz));
+        let mut longest = true;
+        let mut factors = [[Row::splat(0.0); ROWS]; 3];
+        for group in 0..BUNDLE_RAYS / I::WIDE {
+            let dx = isa.load_wide(&self.direction[x], group);
+            let dy = isa.load_wide(&self.direction[y], group);
+            let dz = isa.load_wide(&self.direction[z], group);
             // Strictly: of equally long axes each ray takes the first.
-            longest &= dx.abs().less(dz.abs()) & dy.abs().less(dz.abs());
-            let scale = isa.load(&self.reciprocal[z][group]);
-            factors[0][group] = Row((dx * scale).to_array());
-            factors[1][group] = Row((dy * scale).to_array());
-            factors[2][group] = Row(scale.to_array());
+            let lanes = dx.abs().less(dz.abs()) & dy.abs().less(dz.abs());
+            longest &= lanes.count_ones() as usize == I::WIDE;
+            let scale = isa.load_wide(&self.reciprocal[z], group);
+            isa.store_wide(dx * scale, &mut factors[0], group);
+            isa.store_wide(dy * scale, &mut factors[1], group);
+            isa.store_wide(scale, &mut factors[2], group);
         }
-        (longest == 0xff).then_some(BundleShear { axes, factors })
+        longest.then_some(BundleShear { axes, factors })
     }
 
     #[inline(always)]
     fn ray_axes(&self, place: usize) -> [Axis; 3] {
-        let (group, lane) = (place / WIDTH % BUNDLE_GROUPS, place % WIDTH);
+        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
         let [x, y, z] = &self.direction;
         Shear::new(Vec3::new(x[group].0[lane], y[group].0[lane], z[group].0[lane])).axes
     }
@@ -223,11 +265,71 @@ impl RayBundle {
         self.shear.is_some()
     }
 
-    /// The hits of some of a group's rays with a triangle; rays must have a common axis.
+    /// Tests a triangle against some rays of a group, one bit each; returns whether any of them hits it before what it has hit.
+    ///
+    /// The rays must have a common axis. `rays` are those from which the bundle was loaded.
     #[inline(always)]
-    pub(crate) fn solve<I: Isa>(&self, isa: I, group: usize, vertices: &[Vec3; 3]) -> Option<Solved> {
+    pub(crate) fn intersect<I: Isa>(
+        &mut self,
+        isa: I,
+        (group, lanes): (usize, u32),
+        (id, vertices): (u32, &[Vec3; 3]),
+        rays: &[Ray],
+    ) -> bool {
+        let Some((relative, ray_lanes)) = self.prepare(isa, group, vertices) else { return false };
+        let Some(solved) = relative.solve_few(&ray_lanes, lanes) else { return false };
+        let limit = ray_lanes.limit;
+        // What is as near as what was hit is decided by names, one by one.
+        let special = solved.special | solved.certain & solved.t.equal(limit);
+        let nearer = solved.certain & solved.t.less(limit);
+        replace(isa, &mut self.limit, (group, nearer), solved.t);
+        let reach = isa.load_wide(&self.limit, group) * limit.splat(EXIT_WIDENING);
+        isa.store_wide(reach, &mut self.reach, group);
+        replace(isa, &mut self.id, (group, nearer), limit.splat(f32::from_bits(id)));
+        replace(isa, &mut self.instance, (group, nearer), limit.splat(f32::from_bits(u32::MAX)));
+        replace(isa, &mut self.weights[0], (group, nearer), solved.b1);
+        replace(isa, &mut self.weights[1], (group, nearer), solved.b2);
+        let first = group * I::WIDE;
+        let decided =
+            special != 0 && self.decide((first, special), &solved.to_arrays(), (id, vertices), rays);
+        nearer != 0 || decided
+    }
+
+    /// Looks closer at some lanes of a group.
+    #[inline(never)]
+    fn decide<A: AsRef<[f32]>>(
+        &mut self,
+        (first, mut lanes): (usize, u32),
+        solved: &SolvedArrays<A>,
+        (id, vertices): (u32, &[Vec3; 3]),
+        rays: &[Ray],
+    ) -> bool {
+        let mut changed = false;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let place = first + lane;
+            let before = self.nearest(place);
+            let Some(hit) = solved.hit(lane, &rays[place], before.t, (id, || *vertices)) else { continue };
+            let comes_first =
+                hit.t < before.t || hit.t == before.t && (u32::MAX, hit.id) < (before.instance, before.id);
+            if comes_first {
+                let weights = [hit.b1, hit.b2];
+                self.set_nearest(place, NearestHit { t: hit.t, id: hit.id, weights, instance: u32::MAX });
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    #[inline(always)]
+    fn prepare<I: Isa>(
+        &self,
+        isa: I,
+        group: usize,
+        vertices: &[Vec3; 3],
+    ) -> Option<(Relative<I::Wide>, RayLanes<I::Wide>)> {
         let shear = self.shear.as_ref()?;
-        let group = group % BUNDLE_GROUPS;
         let [x, y, z] = shear.axes;
         let relative = Relative {
             x: self.relative(isa, group, (x, vertices)),
@@ -236,11 +338,11 @@ impl RayBundle {
         };
         let [sx, sy, sz] = &shear.factors;
         let rays = RayLanes {
-            factors: [isa.load(&sx[group]), isa.load(&sy[group]), isa.load(&sz[group])],
-            t_min: isa.load(&self.t_min[group]),
-            limit: isa.load(&self.limit[group]),
+            factors: [isa.load_wide(&sx, group), isa.load_wide(&sy, group), isa.load_wide(&sz, group)],
+            t_min: isa.load_wide(&self.t_min, group),
+            limit: isa.load_wide(&self.limit, group),
         };
-        Some(relative.solve(isa, &rays))
+        Some((relative, rays))
     }
 
     #[inline(always)]
@@ -249,11 +351,11 @@ impl RayBundle {
         isa: I,
         group: usize,
         (axis, [p0, p1, p2]): (Axis, &[Vec3; 3]),
-    ) -> [I::F32; 3] {
-        let origin = isa.load(&self.origin[axis as usize][group]);
+    ) -> [I::Wide; 3] {
+        let origin = isa.load_wide(&self.origin[axis as usize], group);
         let [p0, p1, p2]: [[f32; 3]; 3] = [(*p0).into(), (*p1).into(), (*p2).into()];
         let axis = axis as usize;
-        [isa.splat(p0[axis]) - origin, isa.splat(p1[axis]) - origin, isa.splat(p2[axis]) - origin]
+        [origin.splat(p0[axis]) - origin, origin.splat(p1[axis]) - origin, origin.splat(p2[axis]) - origin]
     }
 
     #[inline(always)]
@@ -274,16 +376,34 @@ impl RayBundle {
         Frustum { enter_origin, reciprocal, exit_origin, widened, enter, exit, octant, t_min }
     }
 
-    /// The largest parameter that counts for a ray.
+    /// What a ray has hit.
     #[inline(always)]
-    pub(crate) fn limit(&self, place: usize) -> f32 {
-        self.limit[place / WIDTH % BUNDLE_GROUPS].0[place % WIDTH]
+    pub(crate) fn nearest(&self, place: usize) -> NearestHit {
+        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
+        NearestHit {
+            t: self.limit[group].0[lane],
+            id: self.id[group].0[lane].to_bits(),
+            instance: self.instance[group].0[lane].to_bits(),
+            weights: [self.weights[0][group].0[lane], self.weights[1][group].0[lane]],
+        }
+    }
+
+    /// Replaces what a ray has hit.
+    #[inline(always)]
+    pub(crate) fn set_nearest(&mut self, place: usize, hit: NearestHit) {
+        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
+        self.set_limit(place, hit.t);
+        self.id[group].0[lane] = f32::from_bits(hit.id);
+        self.instance[group].0[lane] = f32::from_bits(hit.instance);
+        for (rows, weight) in self.weights.iter_mut().zip(hit.weights) {
+            rows[group].0[lane] = weight;
+        }
     }
 
     /// Sets the largest parameter that counts for a ray.
     #[inline(always)]
-    pub(crate) fn set_limit(&mut self, place: usize, limit: f32) {
-        let (group, lane) = (place / WIDTH % BUNDLE_GROUPS, place % WIDTH);
+    fn set_limit(&mut self, place: usize, limit: f32) {
+        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
         self.limit[group].0[lane] = limit;
         self.reach[group].0[lane] = limit * EXIT_WIDENING;
     }
@@ -298,12 +418,12 @@ impl RayBundle {
     /// Which of a group's rays meet a box, one bit each: the arithmetic of [`Node::interval`].
     #[inline(always)]
     pub(crate) fn meet<I: Isa>(&self, isa: I, group: usize, [near, far]: &[[f32; 3]; 2]) -> u32 {
-        let group = group % BUNDLE_GROUPS;
         let enter =
-            self.crossing(isa, &self.reciprocal, group, (2, near[2])).max(isa.load(&self.t_min[group]));
+            self.crossing(isa, &self.reciprocal, group, (2, near[2])).max(isa.load_wide(&self.t_min, group));
         let enter = self.crossing(isa, &self.reciprocal, group, (1, near[1])).max(enter);
         let enter = self.crossing(isa, &self.reciprocal, group, (0, near[0])).max(enter);
-        let exit = self.crossing(isa, &self.widened, group, (2, far[2])).min(isa.load(&self.reach[group]));
+        let exit =
+            self.crossing(isa, &self.widened, group, (2, far[2])).min(isa.load_wide(&self.reach, group));
         let exit = self.crossing(isa, &self.widened, group, (1, far[1])).min(exit);
         let exit = self.crossing(isa, &self.widened, group, (0, far[0])).min(exit);
         enter.less_or_equal(exit)
@@ -313,12 +433,19 @@ impl RayBundle {
     fn crossing<I: Isa>(
         &self,
         isa: I,
-        reciprocal: &[[Row; BUNDLE_GROUPS]; 3],
+        reciprocal: &[BundleRow; 3],
         group: usize,
         (axis, plane): (usize, f32),
-    ) -> I::F32 {
-        (isa.splat(plane) - isa.load(&self.origin[axis][group])) * isa.load(&reciprocal[axis][group])
+    ) -> I::Wide {
+        let origin = isa.load_wide(&self.origin[axis], group);
+        (origin.splat(plane) - origin) * isa.load_wide(&reciprocal[axis], group)
     }
+}
+
+/// Replaces some lanes of a group.
+#[inline(always)]
+fn replace<I: Isa>(isa: I, rows: &mut BundleRow, (group, lanes): (usize, u32), by: I::Wide) {
+    isa.store_wide(by.select(lanes, isa.load_wide(rows, group)), rows, group);
 }
 
 /// What is known of a group of rays; one bit a lane.
@@ -330,13 +457,16 @@ struct GroupLanes {
 
 /// The least and the greatest of all numbers in the rows.
 #[inline(always)]
-fn range<I: Isa>(isa: I, rows: &[Row; BUNDLE_GROUPS]) -> [f32; 2] {
-    let first = isa.load(&rows[0]);
+fn range<I: Isa>(isa: I, rows: &BundleRow) -> [f32; 2] {
+    let first = isa.load_wide(rows, 0);
     let (mut low, mut high) = (first, first);
-    for row in &rows[1..] {
-        let row = isa.load(row);
-        (low, high) = (low.min(row), high.max(row));
+    for group in 1..BUNDLE_RAYS / I::WIDE {
+        let lanes = isa.load_wide(rows, group);
+        (low, high) = (low.min(lanes), high.max(lanes));
     }
-    let least = low.to_array().into_iter().fold(f32::INFINITY, f32::min);
-    [least, high.to_array().into_iter().fold(f32::NEG_INFINITY, f32::max)]
+    let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
+    for (&low, &high) in low.to_array().as_ref().iter().zip(high.to_array().as_ref()) {
+        (least, greatest) = (least.min(low), greatest.max(high));
+    }
+    [least, greatest]
 }

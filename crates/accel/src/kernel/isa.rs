@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use super::scalar::Scalar;
-use super::{Tier, WIDTH};
+use super::{BUNDLE_RAYS, Tier, WIDTH};
 
 /// Eight numbers in a row, aligned for the widest load that takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,6 +15,9 @@ impl Row {
         Self([value; WIDTH])
     }
 }
+
+/// A number for each ray of a bundle.
+pub(crate) type BundleRow = [Row; BUNDLE_RAYS / WIDTH];
 
 /// A computation that is compiled once for every instruction set.
 ///
@@ -28,7 +31,13 @@ pub(crate) trait Task {
 /// An instruction set that this processor has: a value of the type is the proof.
 pub(crate) trait Isa: Copy {
     /// Eight lanes.
-    type F32: Lanes;
+    type F32: Lanes<Array = [f32; WIDTH]>;
+
+    /// The most lanes that are worked on at once.
+    type Wide: Lanes;
+
+    /// How many lanes [`Self::Wide`] has: a multiple of [`WIDTH`] that divides [`BUNDLE_RAYS`].
+    const WIDE: usize;
 
     /// Runs a task in code compiled for the instruction set.
     fn enter<T: Task>(self, task: T) -> T::Output;
@@ -39,6 +48,12 @@ pub(crate) trait Isa: Copy {
     /// The lanes of a row.
     fn load(self, row: &Row) -> Self::F32;
 
+    /// The lanes of the rows of a group of [`Self::WIDE`].
+    fn load_wide(self, rows: &BundleRow, group: usize) -> Self::Wide;
+
+    /// Writes the lanes to the rows of a group.
+    fn store_wide(self, lanes: Self::Wide, rows: &mut BundleRow, group: usize);
+
     /// Appends to the window those children whose interval is not empty, each with the parameter at which it is entered, and returns
     /// how many they are: in descending order of `lane ^ octant`. The window's places after them hold anything.
     fn push(self, children: &Row, interval: Interval<Self::F32>, octant: Octant, window: Window<'_>)
@@ -48,9 +63,13 @@ pub(crate) trait Isa: Copy {
     fn prefetch(self, place: *const Row);
 }
 
-/// Eight lanes of `f32`. Every instruction set gives the same bits.
+/// Lanes of `f32`. Every instruction set gives the same bits.
 pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    fn to_array(self) -> [f32; WIDTH];
+    /// The lanes in memory.
+    type Array: Copy + AsRef<[f32]>;
+    fn to_array(self) -> Self::Array;
+    /// The same number in every lane: to have lanes at all proves that there are such.
+    fn splat(self, value: f32) -> Self;
     /// The smaller of each pair; the second where either is NaN.
     fn min(self, other: Self) -> Self;
     /// The larger of each pair; the second where either is NaN.
@@ -59,6 +78,8 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn abs(self) -> Self;
     /// `1 / x`, rounded as a division.
     fn reciprocal(self) -> Self;
+    /// The lanes of `self` whose bit is set, those of `other` elsewhere.
+    fn select(self, mask: u32, other: Self) -> Self;
     /// One bit a lane: whether `self < other`; false for NaN.
     fn less(self, other: Self) -> u32;
     /// One bit a lane: whether `self <= other`; false for NaN.

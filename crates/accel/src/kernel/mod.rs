@@ -21,7 +21,7 @@ mod neon;
 mod sse2;
 
 pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
-pub(crate) use bundle::{BUNDLE_GROUPS, BUNDLE_RAYS, Frustum, RayBundle};
+pub(crate) use bundle::{BUNDLE_RAYS, Frustum, Loaded, NearestHit, RayBundle};
 pub(crate) use isa::{Interval, Isa, Lanes, Octant, Row, Task, Window, dispatch};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
 pub use tier::Tier;

@@ -3,11 +3,12 @@
 
 use std::arch::aarch64::{
     float32x4_t, uint32x4_t, vabsq_f32, vaddq_f32, vaddvq_u32, vandq_u32, vbslq_f32, vceqq_f32, vcgtq_f32,
-    vcleq_f32, vcltq_f32, vdivq_f32, vdupq_n_f32, vld1q_f32, vld1q_u32, vmulq_f32, vst1q_f32, vsubq_f32,
+    vcleq_f32, vcltq_f32, vdivq_f32, vdupq_n_f32, vdupq_n_u32, vld1q_f32, vld1q_u32, vmulq_f32, vst1q_f32,
+    vsubq_f32, vtstq_u32,
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window};
 use super::{WIDTH, scalar};
 
 /// NEON, which is part of every aarch64 processor.
@@ -24,6 +25,8 @@ macro_rules! neon {
 
 impl Isa for Neon {
     type F32 = F32x8;
+    type Wide = F32x8;
+    const WIDE: usize = WIDTH;
 
     #[inline(always)]
     fn enter<T: Task>(self, task: T) -> T::Output {
@@ -46,6 +49,16 @@ impl Isa for Neon {
         let (low, high) = row.0.split_at(WIDTH / 2);
         // SAFETY: both halves are four `f32`, aligned to 16 bytes.
         unsafe { F32x8 { low: vld1q_f32(low.as_ptr()), high: vld1q_f32(high.as_ptr()) } }
+    }
+
+    #[inline(always)]
+    fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
+        self.load(&rows[group % rows.len()])
+    }
+
+    #[inline(always)]
+    fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
+        rows[group % rows.len()] = Row(lanes.to_array());
     }
 
     #[inline(always)]
@@ -84,6 +97,13 @@ impl F32x8 {
 }
 
 impl Lanes for F32x8 {
+    type Array = [f32; WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Neon.splat(value)
+    }
+
     #[inline(always)]
     fn to_array(self) -> [f32; WIDTH] {
         let mut lanes = [0.0; WIDTH];
@@ -115,6 +135,18 @@ impl Lanes for F32x8 {
     fn reciprocal(self) -> Self {
         let one = neon!(vdupq_n_f32(1.0));
         neon!(Self { low: vdivq_f32(one, self.low), high: vdivq_f32(one, self.high) })
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        let half = |shift: u32, chosen: float32x4_t, other: float32x4_t| {
+            // SAFETY: the array has four places; NEON is part of every aarch64 processor.
+            unsafe {
+                let bits = vld1q_u32([1, 2, 4, 8].as_ptr());
+                vbslq_f32(vtstq_u32(vdupq_n_u32(mask >> shift), bits), chosen, other)
+            }
+        };
+        Self { low: half(0, self.low, other.low), high: half(4, self.high, other.high) }
     }
 
     #[inline(always)]

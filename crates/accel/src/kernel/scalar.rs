@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +11,8 @@ pub(crate) struct Scalar;
 
 impl Isa for Scalar {
     type F32 = F32x8;
+    type Wide = F32x8;
+    const WIDE: usize = WIDTH;
 
     #[inline(always)]
     fn enter<T: Task>(self, task: T) -> T::Output {
@@ -30,6 +32,16 @@ impl Isa for Scalar {
     #[inline(always)]
     fn load(self, row: &Row) -> F32x8 {
         F32x8(row.0)
+    }
+
+    #[inline(always)]
+    fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
+        self.load(&rows[group % rows.len()])
+    }
+
+    #[inline(always)]
+    fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
+        rows[group % rows.len()] = Row(lanes.to_array());
     }
 
     #[inline(always)]
@@ -78,6 +90,13 @@ impl F32x8 {
 }
 
 impl Lanes for F32x8 {
+    type Array = [f32; WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Self([value; WIDTH])
+    }
+
     #[inline(always)]
     fn to_array(self) -> [f32; WIDTH] {
         self.0
@@ -101,6 +120,11 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn reciprocal(self) -> Self {
         Self(self.0.map(|x| 1.0 / x))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        Self(std::array::from_fn(|lane| if mask >> lane & 1 == 1 { self.0[lane] } else { other.0[lane] }))
     }
 
     #[inline(always)]

@@ -2,13 +2,14 @@
 #![expect(unsafe_code, reason = "the compiler wants it for calling processor instructions")]
 
 use std::arch::x86_64::{
-    __m128, _MM_HINT_T0, _mm_add_ps, _mm_andnot_ps, _mm_cmpeq_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps,
-    _mm_load_ps, _mm_max_ps, _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_prefetch, _mm_set1_ps,
-    _mm_storeu_ps, _mm_sub_ps,
+    __m128, _MM_HINT_T0, _mm_add_ps, _mm_and_ps, _mm_and_si128, _mm_andnot_ps, _mm_castsi128_ps,
+    _mm_cmpeq_epi32, _mm_cmpeq_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps, _mm_load_ps, _mm_max_ps,
+    _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_epi32, _mm_set1_ps,
+    _mm_setr_epi32, _mm_storeu_ps, _mm_sub_ps,
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window};
 use super::{WIDTH, scalar};
 
 /// SSE2, which is part of every x86-64 processor.
@@ -25,6 +26,8 @@ macro_rules! sse {
 
 impl Isa for Sse2 {
     type F32 = F32x8;
+    type Wide = F32x8;
+    const WIDE: usize = WIDTH;
 
     #[inline(always)]
     fn enter<T: Task>(self, task: T) -> T::Output {
@@ -47,6 +50,16 @@ impl Isa for Sse2 {
         let (low, high) = row.0.split_at(WIDTH / 2);
         // SAFETY: both halves are four `f32`, aligned to 16 bytes.
         unsafe { F32x8 { low: _mm_load_ps(low.as_ptr()), high: _mm_load_ps(high.as_ptr()) } }
+    }
+
+    #[inline(always)]
+    fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
+        self.load(&rows[group % rows.len()])
+    }
+
+    #[inline(always)]
+    fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
+        rows[group % rows.len()] = Row(lanes.to_array());
     }
 
     #[inline(always)]
@@ -84,6 +97,13 @@ impl F32x8 {
 }
 
 impl Lanes for F32x8 {
+    type Array = [f32; WIDTH];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self {
+        Sse2.splat(value)
+    }
+
     #[inline(always)]
     fn to_array(self) -> [f32; WIDTH] {
         let mut lanes = [0.0; WIDTH];
@@ -116,6 +136,19 @@ impl Lanes for F32x8 {
     fn reciprocal(self) -> Self {
         let one = sse!(_mm_set1_ps(1.0));
         sse!(Self { low: _mm_div_ps(one, self.low), high: _mm_div_ps(one, self.high) })
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        let half = |shift: u32, chosen: __m128, other: __m128| {
+            sse!({
+                let bits = _mm_setr_epi32(1, 2, 4, 8);
+                let mask = _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((mask >> shift) as i32), bits), bits);
+                let mask = _mm_castsi128_ps(mask);
+                _mm_or_ps(_mm_and_ps(mask, chosen), _mm_andnot_ps(mask, other))
+            })
+        };
+        Self { low: half(0, self.low, other.low), high: half(4, self.high, other.high) }
     }
 
     #[inline(always)]

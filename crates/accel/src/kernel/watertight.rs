@@ -5,8 +5,7 @@
 
 use sahl_math::{Ray, Vec3};
 
-use super::WIDTH;
-use super::isa::{Isa, Lanes};
+use super::isa::Lanes;
 use crate::geometry::triangle::{self, Shear};
 
 /// A hit of a ray with a triangle.
@@ -34,16 +33,26 @@ pub(super) struct RayLanes<F> {
     pub(super) limit: F,
 }
 
-/// The lanes that may be hit.
-pub(crate) struct Solved {
-    pub(crate) lanes: u32,
-    /// Those in which `f32` cannot tell on which side of `t_min` the hit lies.
-    doubtful: u32,
-    /// Those in which an edge function is zero.
+/// Hits in the lanes that have one.
+pub(crate) struct Solved<F> {
+    /// The lanes that are hit for certain, one bit each.
+    pub(super) certain: u32,
+    /// The lanes that need a closer look.
+    pub(super) special: u32,
+    /// Those of the special ones in which an edge function is zero.
     on_edge: u32,
-    t: [f32; WIDTH],
-    b1: [f32; WIDTH],
-    b2: [f32; WIDTH],
+    pub(super) t: F,
+    pub(super) b1: F,
+    pub(super) b2: F,
+}
+
+/// [`Solved`] in memory, for lanes that are looked at one by one.
+pub(super) struct SolvedArrays<A> {
+    special: u32,
+    on_edge: u32,
+    t: A,
+    b1: A,
+    b2: A,
 }
 
 /// Twice the signed areas that the ray spans with the edges, each opposite to one vertex.
@@ -72,18 +81,27 @@ struct HitLanes {
     on_edge: u32,
 }
 
-impl Solved {
+impl<F: Lanes> Solved<F> {
+    #[inline(always)]
+    pub(super) fn to_arrays(&self) -> SolvedArrays<F::Array> {
+        let (t, b1, b2) = (self.t.to_array(), self.b1.to_array(), self.b2.to_array());
+        SolvedArrays { special: self.special, on_edge: self.on_edge, t, b1, b2 }
+    }
+}
+
+impl<A: AsRef<[f32]>> SolvedArrays<A> {
     /// The hit of one of the lanes; `None` if a closer look finds none at or before `limit`.
     #[inline(always)]
-    pub(crate) fn hit(
+    pub(super) fn hit(
         &self,
         lane: usize,
         ray: &Ray,
         limit: f32,
         (id, vertices): (u32, impl FnOnce() -> [Vec3; 3]),
     ) -> Option<BlockHit> {
-        let hit = BlockHit { t: self.t[lane], b1: self.b1[lane], b2: self.b2[lane], id };
-        if (self.doubtful | self.on_edge) >> lane & 1 == 0 {
+        let [t, b1, b2] = [&self.t, &self.b1, &self.b2].map(|lanes| lanes.as_ref()[lane]);
+        let hit = BlockHit { t, b1, b2, id };
+        if self.special >> lane & 1 == 0 {
             return Some(hit);
         }
         decide(hit, ray, &vertices(), self.on_edge >> lane & 1 == 1).filter(|hit| hit.t <= limit)
@@ -105,22 +123,39 @@ fn decide(hit: BlockHit, ray: &Ray, vertices: &[Vec3; 3], on_edge: bool) -> Opti
 
 impl<F: Lanes> Relative<F> {
     /// The hits strictly between `t_min` and infinity and at or before the limit.
+    ///
+    /// Without a branch on the way: half of the time a lane is inside, and when cannot be predicted.
     #[inline(always)]
-    pub(super) fn solve<I: Isa<F32 = F>>(&self, isa: I, ray: &RayLanes<F>) -> Solved {
+    pub(super) fn solve(&self, ray: &RayLanes<F>) -> Solved<F> {
         let edges = self.edge_functions(ray);
-        // No branch here: half of the time a lane is inside, and when cannot be predicted.
-        let inside = edges.inside(isa.splat(0.0));
-        let crossings = self.crossings(&edges, ray);
-        let hits = crossings.hits(isa, (&edges, inside), ray);
+        self.solve_inside(ray, (&edges, edges.inside(self.z[0].splat(0.0))))
+    }
+
+    /// [`Self::solve`] for some lanes, where most often none of them is inside.
+    #[inline(always)]
+    pub(super) fn solve_few(&self, ray: &RayLanes<F>, lanes: u32) -> Option<Solved<F>> {
+        let edges = self.edge_functions(ray);
+        let inside = lanes & edges.inside(self.z[0].splat(0.0));
+        if inside == 0 {
+            return None;
+        }
+        Some(self.solve_inside(ray, (&edges, inside)))
+    }
+
+    #[inline(always)]
+    fn solve_inside(&self, ray: &RayLanes<F>, (edges, inside): (&EdgeFunctions<F>, u32)) -> Solved<F> {
+        let crossings = self.crossings(edges, ray);
+        let hits = crossings.hits((edges, inside), ray);
         let doubtful =
-            if hits.straddling == 0 { 0 } else { hits.straddling & self.doubtful(isa, &crossings, ray) };
+            if hits.straddling == 0 { 0 } else { hits.straddling & self.doubtful(&crossings, ray) };
+        let special = doubtful | hits.on_edge;
         Solved {
-            lanes: hits.certain | doubtful | hits.on_edge,
-            doubtful,
+            certain: hits.certain & !special,
+            special,
             on_edge: hits.on_edge,
-            t: crossings.t.to_array(),
-            b1: (edges.v * crossings.reciprocal).to_array(),
-            b2: (edges.w * crossings.reciprocal).to_array(),
+            t: crossings.t,
+            b1: edges.v * crossings.reciprocal,
+            b2: edges.w * crossings.reciprocal,
         }
     }
 
@@ -143,12 +178,12 @@ impl<F: Lanes> Relative<F> {
 
     /// The lanes in which `f32` cannot tell on which side of `t_min` the hit lies.
     #[inline(always)]
-    fn doubtful<I: Isa<F32 = F>>(&self, isa: I, crossings: &Crossings<F>, ray: &RayLanes<F>) -> u32 {
+    fn doubtful(&self, crossings: &Crossings<F>, ray: &RayLanes<F>) -> u32 {
         let [_, _, scale] = ray.factors;
         let reach = largest(&self.x).max(largest(&self.y)).max(largest(&self.z));
         let determinant =
-            isa.splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * crossings.reciprocal.abs();
-        let margin = (determinant + isa.splat(triangle::MARGIN_DEPTH)) * (reach * scale.abs());
+            reach.splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * crossings.reciprocal.abs();
+        let margin = (determinant + reach.splat(triangle::MARGIN_DEPTH)) * (reach * scale.abs());
         (crossings.t - ray.t_min).abs().less_or_equal(margin)
     }
 }
@@ -175,13 +210,8 @@ impl<F: Lanes> EdgeFunctions<F> {
 
 impl<F: Lanes> Crossings<F> {
     #[inline(always)]
-    fn hits<I: Isa<F32 = F>>(
-        &self,
-        isa: I,
-        (edges, inside): (&EdgeFunctions<F>, u32),
-        ray: &RayLanes<F>,
-    ) -> HitLanes {
-        let zero = isa.splat(0.0);
+    fn hits(&self, (edges, inside): (&EdgeFunctions<F>, u32), ray: &RayLanes<F>) -> HitLanes {
+        let zero = self.t.splat(0.0);
         let [a, b, c] = self.depths;
         // The signs of the depths are exact. A triangle behind the origin cannot be hit.
         let in_front = inside & zero.less(a.max(b).max(c));

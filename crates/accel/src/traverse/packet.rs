@@ -11,16 +11,15 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, StackSize};
 use super::stream::Query;
 use super::wide::{Scene, Walk, visit_block, visit_other};
-use super::{Candidate, NoCount, PreparedRay, Search};
+use super::{Nearest, NoCount, PreparedRay};
 use crate::kernel::{
-    BUNDLE_GROUPS, BUNDLE_RAYS, Frustum, Isa, Node, RayBundle, Task, Tier, TriangleBlock, WIDTH, Window,
-    dispatch,
+    BUNDLE_RAYS, Frustum, Isa, Loaded, Node, RayBundle, Task, Tier, TriangleBlock, WIDTH, Window, dispatch,
 };
 use crate::layout::{Child, Stage, WideTree};
 
-/// Searches a tree for rays of which each [`BUNDLE_RAYS`] in a row go nearly the same way.
+/// Finds the nearest hits of rays of which each [`BUNDLE_RAYS`] in a row go nearly the same way.
 #[inline]
-pub(crate) fn traverse_packets<Q: Query>(
+pub(crate) fn traverse_packets<Q: Query<Search = Nearest>>(
     scene: Scene<'_>,
     (tier, stack_size): (Tier, StackSize),
     tree: &WideTree,
@@ -42,34 +41,36 @@ struct Packets<'a, Q, const N: usize> {
     query: &'a mut Q,
 }
 
-impl<Q: Query, const N: usize> Task for Packets<'_, Q, N> {
+impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
         let Self { scene, root, rays, query } = self;
-        let mut packet = Packet {
-            bundle: RayBundle::EMPTY,
-            searches: std::array::from_fn(|_| query.start(0.0)),
-            met: 0,
-            ended: 0,
-        };
+        let mut bundle = RayBundle::EMPTY;
         let mut stack = PacketStack::<N>::empty();
         for (rays, first) in rays.chunks(BUNDLE_RAYS).zip((0..).step_by(BUNDLE_RAYS)) {
-            let (members, frustum) = packet.bundle.load(isa, rays).unzip();
-            for (i, ray) in rays.iter().enumerate().filter(|(i, _)| members.unwrap_or(0) >> i & 1 == 0) {
-                let Some(ray) = PreparedRay::new(ray) else { continue };
+            // One packet an octant; seldom more than one.
+            let (mut wanted, mut strays) = (u64::MAX, u64::MAX);
+            while wanted != 0 {
+                let Some(Loaded { members, others, frustum }) = bundle.load(isa, rays, wanted) else { break };
+                (wanted, strays) = (others, strays & !members);
+                let mut packet = Packet { scene, rays, bundle: &mut bundle, frustum: &frustum };
+                packet.traverse(isa, root, &mut stack);
+                for place in places(members) {
+                    let nearest = bundle.nearest(place);
+                    if nearest.id != u32::MAX {
+                        query.finish(first + place, &Nearest::resume(&nearest), false);
+                    }
+                }
+            }
+            for place in places(strays).take_while(|&place| place < rays.len()) {
+                let Some(ray) = PreparedRay::new(&rays[place]) else { continue };
                 let mut search = query.start(ray.limit());
                 let (searched, counter) = (&mut search, &mut NoCount);
                 let walk = Walk::<_, _, N> { scene, root, ray: &ray, search: searched, counter };
                 let ended = walk.run(isa);
-                query.finish(first + i, &search, ended);
-            }
-            let Some(frustum) = frustum else { continue };
-            (packet.met, packet.ended) = (0, 0);
-            packet.traverse(isa, scene, (root, &frustum), (&mut stack, rays, query));
-            for place in places(packet.met) {
-                query.finish(first + place, &packet.searches[place], packet.ended >> place & 1 == 1);
+                query.finish(first + place, &search, ended);
             }
         }
     }
@@ -85,42 +86,29 @@ fn places(mut set: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The rays of a packet.
-struct Packet<S> {
-    bundle: RayBundle,
-    /// One a ray; of rays that have not met a leaf's box, what is left of others.
-    searches: [S; BUNDLE_RAYS],
-    /// The rays that have met a leaf's box, one bit each.
-    met: u64,
-    /// The rays whose search is over.
-    ended: u64,
+/// Rays on their common way through a tree.
+struct Packet<'a> {
+    scene: Scene<'a>,
+    rays: &'a [Ray],
+    bundle: &'a mut RayBundle,
+    frustum: &'a Frustum,
 }
 
 /// The cost of testing a block's triangles against one ray, and that of testing one triangle against a group of rays.
 const RAY_COST: u32 = 10;
-const TRIANGLE_COST: u32 = 6;
+const TRIANGLE_COST: u32 = 4;
 
-impl<S: Search> Packet<S> {
+impl Packet<'_> {
     /// Visits what any ray may hit.
     #[inline(always)]
-    fn traverse<I: Isa, Q: Query<Search = S>, const N: usize>(
-        &mut self,
-        isa: I,
-        scene: Scene<'_>,
-        (root, frustum): (u32, &Frustum),
-        (stack, rays, query): (&mut PacketStack<N>, &[Ray], &Q),
-    ) {
+    fn traverse<I: Isa, const N: usize>(&mut self, isa: I, root: u32, stack: &mut PacketStack<N>) {
         let mut reach = self.bundle.greatest_reach(isa);
         let mut entry = Entry { child: root, parent: root };
         loop {
             if Child::stage(entry.child) == Stage::Node {
-                stack.push_children(isa, scene, (entry.child, frustum), reach);
-            } else {
-                let node = scene.trees.node(Child::row(entry.parent));
-                let planes = frustum.child_planes(node, lane_of(node, entry.child));
-                if self.visit_leaf::<I, Q, N>(isa, scene, (entry.child, &planes, frustum), (rays, query)) {
-                    reach = self.bundle.greatest_reach(isa);
-                }
+                stack.push_children(isa, self.scene, (entry.child, self.frustum), reach);
+            } else if self.visit_leaf::<I, N>(isa, &entry, reach) {
+                reach = self.bundle.greatest_reach(isa);
             }
             match stack.pop(reach) {
                 Some(next) => entry = next,
@@ -131,43 +119,43 @@ impl<S: Search> Packet<S> {
 
     /// Tests the rays that meet a leaf's box; returns whether any of them hit something.
     #[inline(always)]
-    fn visit_leaf<I: Isa, Q: Query<Search = S>, const N: usize>(
-        &mut self,
-        isa: I,
-        scene: Scene<'_>,
-        (leaf, planes, frustum): (u32, &[[f32; 3]; 2], &Frustum),
-        (rays, query): (&[Ray], &Q),
-    ) -> bool {
+    fn visit_leaf<I: Isa, const N: usize>(&mut self, isa: I, entry: &Entry, reach: f32) -> bool {
+        let node = self.scene.trees.node(Child::row(entry.parent));
+        let planes = self.frustum.child_planes(node, lane_of(node, entry.child));
         let (mut meeting, mut groups) = (0, 0);
-        for group in 0..BUNDLE_GROUPS {
-            let lanes = self.bundle.meet(isa, group, planes);
-            meeting |= u64::from(lanes) << (group * WIDTH);
+        for group in 0..BUNDLE_RAYS / I::WIDE {
+            let lanes = self.bundle.meet(isa, group, &planes);
+            meeting |= u64::from(lanes) << (group * I::WIDE);
             groups += u32::from(lanes != 0);
         }
         if meeting == 0 {
             return false;
         }
-        for place in places(meeting & !self.met) {
-            self.searches[place] = query.start(self.bundle.limit(place));
-        }
-        self.met |= meeting;
-        if Child::stage(leaf) == Stage::Block && self.bundle.has_common_axis() {
-            let block = scene.trees.block(Child::row(leaf));
-            let triangles = block.candidates(isa, frustum, f32::INFINITY);
-            if triangles.count_ones() * groups * TRIANGLE_COST < meeting.count_ones() * RAY_COST {
-                return self.test_triangles(isa, block, (triangles, meeting), rays);
+        if Child::stage(entry.child) == Stage::Block && self.bundle.has_common_axis() {
+            let block = self.scene.trees.block(Child::row(entry.child));
+            let triangles = block.candidates(isa, self.frustum, reach);
+            if triangles.count_ones() * groups * TRIANGLE_COST <= meeting.count_ones() * RAY_COST {
+                return self.test_triangles(isa, block, (triangles, meeting));
             }
         }
+        self.test_rays::<I, N>(isa, entry.child, meeting)
+    }
+
+    /// Tests a leaf against some rays, one by one.
+    #[inline(always)]
+    fn test_rays<I: Isa, const N: usize>(&mut self, isa: I, leaf: u32, meeting: u64) -> bool {
         let mut changed = false;
         for place in places(meeting) {
-            let Some(ray) = PreparedRay::new(&rays[place]) else { continue };
-            let search = (&mut self.searches[place], &mut NoCount);
-            let ended = if Child::stage(leaf) == Stage::Block {
-                visit_block(isa, scene, leaf, &ray, search)
+            let Some(ray) = PreparedRay::new(&self.rays[place]) else { continue };
+            let mut search = Nearest::resume(&self.bundle.nearest(place));
+            let searched = (&mut search, &mut NoCount);
+            if Child::stage(leaf) == Stage::Block {
+                visit_block(isa, self.scene, leaf, &ray, searched);
             } else {
-                visit_other::<I, _, _, N>(isa, scene, leaf, &ray, search)
-            };
-            changed |= self.update(place, ended);
+                visit_other::<I, _, _, N>(isa, self.scene, leaf, &ray, searched);
+            }
+            self.bundle.set_nearest(place, search.nearest());
+            changed = true;
         }
         changed
     }
@@ -179,39 +167,17 @@ impl<S: Search> Packet<S> {
         isa: I,
         block: TriangleBlock<'_>,
         (triangles, meeting): (u32, u64),
-        rays: &[Ray],
     ) -> bool {
         let mut changed = false;
         for triangle in places(triangles.into()) {
-            let (id, vertices) = (block.id(triangle % WIDTH), block.vertices(triangle % WIDTH));
-            for group in 0..BUNDLE_GROUPS {
-                let lanes = (meeting >> (group * WIDTH)) as u32 & 0xff;
-                if lanes == 0 {
-                    continue;
-                }
-                let Some(solved) = self.bundle.solve(isa, group, &vertices) else { continue };
-                for lane in places((solved.lanes & lanes).into()) {
-                    let place = group * WIDTH + lane % WIDTH;
-                    let limit = self.searches[place].limit();
-                    let triangle = (id, || vertices);
-                    let Some(hit) = solved.hit(lane % WIDTH, &rays[place], limit, triangle) else { continue };
-                    let candidate = Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] };
-                    let ended = self.ended >> place & 1 == 0 && self.searches[place].offer(candidate);
-                    changed |= self.update(place, ended);
+            let vertices = block.vertices(triangle % WIDTH);
+            for group in 0..BUNDLE_RAYS / I::WIDE {
+                let lanes = (meeting >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);
+                if lanes != 0 {
+                    let named = (block.id(triangle % WIDTH), &vertices);
+                    changed |= self.bundle.intersect(isa, (group, lanes), named, self.rays);
                 }
             }
-        }
-        changed
-    }
-
-    /// Tells the bundle of a ray's new limit; returns whether there is one.
-    #[inline(always)]
-    fn update(&mut self, place: usize, ended: bool) -> bool {
-        let limit = if ended { f32::NEG_INFINITY } else { self.searches[place].limit() };
-        self.ended |= u64::from(ended) << place;
-        let changed = limit < self.bundle.limit(place);
-        if changed {
-            self.bundle.set_limit(place, limit);
         }
         changed
     }

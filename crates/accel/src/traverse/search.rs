@@ -1,5 +1,7 @@
 //! What a query looks for.
 
+use crate::kernel::NearestHit;
+
 /// A hit on its way to becoming the result.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
@@ -40,6 +42,20 @@ impl Nearest {
         // Sorts behind every hit, so that the first one at the limit itself is taken.
         let none = Candidate { t: limit, id: u32::MAX, weights: [0.0; 2] };
         Self { limit, found: Found { candidate: none, instance: u32::MAX }, instance: u32::MAX }
+    }
+
+    /// Goes on from what was found before.
+    #[inline]
+    pub(crate) fn resume(hit: &NearestHit) -> Self {
+        let candidate = Candidate { t: hit.t, id: hit.id, weights: hit.weights };
+        Self { limit: hit.t, found: Found { candidate, instance: hit.instance }, instance: u32::MAX }
+    }
+
+    /// What is found so far.
+    #[inline]
+    pub(crate) fn nearest(&self) -> NearestHit {
+        let Found { candidate: Candidate { t, id, weights }, instance } = self.found;
+        NearestHit { t, id, instance, weights }
     }
 
     #[inline]

@@ -15,8 +15,8 @@ pub(crate) struct Body {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Points that lie closer to the origin than this are strictly inside; zero if none is known to be.
     pub(crate) inside: f32,
-    /// Whether rays should start at multiples of 1/16, so that they run within planes of edges.
-    pub(crate) on_grid: bool,
+    /// The lattice of whose points rays should start, so that they run within planes of edges.
+    pub(crate) grid: Option<u16>,
 }
 
 impl Body {
@@ -37,7 +37,7 @@ impl Body {
         for &[a, b, c] in mesh.indices.iter() {
             triangles.push([vertex(a)?, vertex(b)?, vertex(c)?]);
         }
-        let body = Self { name, positions, triangles, inside: 0.0, on_grid: false };
+        let body = Self { name, positions, triangles, inside: 0.0, grid: None };
         body.is_closed().then_some(body)
     }
 
@@ -62,7 +62,7 @@ impl Body {
 
 /// The bodies whose vertices and edges are shot at.
 pub(crate) fn bodies() -> Vec<Body> {
-    vec![head(300), blob(24), grid_cube(32)]
+    vec![head(300), blob(24), grid_cube(30)]
 }
 
 /// A sphere with fine and coarse folds, of `12 n²` triangles.
@@ -80,10 +80,10 @@ pub(crate) fn blob(n: u16) -> Body {
     displaced("blob", n, |p| 1.0 + 0.15 * (9.0 * p.x).sin() * (7.0 * p.y + 1.0).sin() * (5.0 * p.z).cos())
 }
 
-/// The cube from −1 to 1 of `n × n` squares a face, whose rays run along planes in which many edges lie.
+/// The cube from −1 to 1 of `n × n` squares a face. Its coordinates are rounded unless `n` is a power of two.
 fn grid_cube(n: u16) -> Body {
     let (positions, triangles) = lattice::cube(n);
-    Body { name: "grid cube", positions, triangles, inside: 0.95, on_grid: true }
+    Body { name: "grid cube", positions, triangles, inside: 0.95, grid: Some(n) }
 }
 
 /// The unit sphere, each point moved to `radius(point)`.
@@ -94,7 +94,7 @@ fn displaced(name: &'static str, n: u16, radius: impl Fn(Vec3) -> f32) -> Body {
         *p = on_sphere * radius(on_sphere);
     }
     let nearest = positions.iter().map(|p| p.length()).fold(f32::INFINITY, f32::min);
-    Body { name, positions, triangles, inside: 0.9 * nearest, on_grid: false }
+    Body { name, positions, triangles, inside: 0.9 * nearest, grid: None }
 }
 
 #[cfg(test)]

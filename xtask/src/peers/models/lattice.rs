@@ -11,7 +11,7 @@ pub(crate) fn cube(n: u16) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut numbers: HashMap<[u16; 3], u32> = HashMap::with_capacity(positions.capacity());
     let mut vertex = |point: [u16; 3]| {
         *numbers.entry(point).or_insert_with(|| {
-            positions.push(Vec3::from(point.map(|i| 2.0 * f32::from(i) / f32::from(n) - 1.0)));
+            positions.push(Vec3::from(point.map(|i| coordinate(f32::from(i), n))));
             positions.len() as u32 - 1
         })
     };
@@ -34,6 +34,16 @@ pub(crate) fn cube(n: u16) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         }
     }
     (positions, triangles)
+}
+
+/// The coordinate of place `i` along an axis of the lattice: −1 at 0, 1 at `n`.
+fn coordinate(i: f32, n: u16) -> f32 {
+    2.0 * i / f32::from(n) - 1.0
+}
+
+/// The point of the lattice, continued over all space, that is nearest.
+pub(crate) fn nearest(p: Vec3, n: u16) -> Vec3 {
+    p.map(|x| coordinate(((x + 1.0) * 0.5 * f32::from(n)).round(), n))
 }
 
 /// Where a point of the cube lies on the unit sphere, such that squares of the faces become cells of like size.

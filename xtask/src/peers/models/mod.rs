@@ -4,7 +4,7 @@
 
 pub(crate) mod closed;
 mod files;
-mod lattice;
+pub(crate) mod lattice;
 mod stadium;
 
 use std::path::Path;
@@ -122,15 +122,16 @@ fn object(name: &'static str, mesh: TriangleMesh) -> Model {
     Model { name, mesh, view, light }
 }
 
-/// The bodies whose vertices and edges are shot at; those of files only if the folder of scenes is known, and if they are closed.
+/// The bodies whose vertices and edges are shot at; those of files only if the folder of scenes is known.
 ///
 /// # Errors
-/// A file can't be read.
+/// A file can't be read, or what it holds is not closed.
 pub(crate) fn bodies(scenes: Option<&Path>) -> Result<Vec<Body>> {
     let mut bodies = closed::bodies();
-    for (name, path) in [("cow", "meshes/cow.obj"), ("suzanne", "meshes/suzanne.obj")] {
-        let Some(scenes) = scenes else { break };
-        bodies.extend(Body::of_mesh(name, &files::mesh(&scenes.join(path))?));
+    if let Some(scenes) = scenes {
+        let path = scenes.join("meshes/cow.obj");
+        let body = Body::of_mesh("cow", &files::mesh(&path)?);
+        bodies.push(body.ok_or_else(|| format!("{} is not closed", path.display()))?);
     }
     Ok(bodies)
 }
