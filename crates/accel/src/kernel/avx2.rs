@@ -11,7 +11,7 @@ use std::arch::x86_64::{
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
 
 /// The proof that the processor has AVX2 and the bit instructions that came with it.
 #[derive(Clone, Copy, Debug)]
@@ -143,6 +143,16 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self(avx2!(_mm256_max_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        reduce(self.to_array(), f32::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        reduce(self.to_array(), f32::max)
     }
 
     #[inline(always)]

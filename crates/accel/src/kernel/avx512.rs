@@ -9,11 +9,12 @@ use std::arch::x86_64::{
     _mm256_mask_blend_ps, _mm256_maskz_compress_ps, _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps,
     _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm512_abs_ps, _mm512_add_ps,
     _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps, _mm512_max_ps, _mm512_min_ps,
-    _mm512_mul_ps, _mm512_set1_ps, _mm512_storeu_ps, _mm512_sub_ps,
+    _mm512_mul_ps, _mm512_reduce_max_ps, _mm512_reduce_min_ps, _mm512_set1_ps, _mm512_storeu_ps,
+    _mm512_sub_ps,
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
 use super::{BUNDLE_RAYS, WIDTH};
 
 /// The proof that the processor has AVX-512 F, VL, BW and DQ, and BMI.
@@ -136,6 +137,16 @@ impl Lanes for F32x8 {
     }
 
     #[inline(always)]
+    fn least(self) -> f32 {
+        reduce(self.to_array(), f32::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        reduce(self.to_array(), f32::max)
+    }
+
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(avx512!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)))
     }
@@ -218,6 +229,16 @@ impl Lanes for F32x16 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self(avx512!(_mm512_max_ps(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        avx512!(_mm512_reduce_min_ps(self.0))
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        avx512!(_mm512_reduce_max_ps(self.0))
     }
 
     #[inline(always)]

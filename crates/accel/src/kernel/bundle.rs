@@ -464,9 +464,5 @@ fn range<I: Isa>(isa: I, rows: &BundleRow) -> [f32; 2] {
         let lanes = isa.load_wide(rows, group);
         (low, high) = (low.min(lanes), high.max(lanes));
     }
-    let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
-    for (&low, &high) in low.to_array().as_ref().iter().zip(high.to_array().as_ref()) {
-        (least, greatest) = (least.min(low), greatest.max(high));
-    }
-    [least, greatest]
+    [low.least(), high.greatest()]
 }

@@ -74,6 +74,10 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn min(self, other: Self) -> Self;
     /// The larger of each pair; the second where either is NaN.
     fn max(self, other: Self) -> Self;
+    /// The smallest lane; none may be NaN.
+    fn least(self) -> f32;
+    /// The largest lane; none may be NaN.
+    fn greatest(self) -> f32;
     /// The absolute values.
     fn abs(self) -> Self;
     /// `1 / x`, rounded as a division.
@@ -86,6 +90,17 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn less_or_equal(self, other: Self) -> u32;
     /// One bit a lane: whether `self == other`; false for NaN.
     fn equal(self, other: Self) -> u32;
+}
+
+/// What is left of a row of lanes when they are combined pair by pair.
+#[inline(always)]
+pub(super) fn reduce(mut lanes: [f32; WIDTH], combine: impl Fn(f32, f32) -> f32) -> f32 {
+    for step in [4, 2, 1] {
+        for lane in 0..step {
+            lanes[lane] = combine(lanes[lane], lanes[lane + step]);
+        }
+    }
+    lanes[0]
 }
 
 /// Where a ray enters and leaves eight boxes.

@@ -8,7 +8,7 @@ use std::arch::aarch64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
 use super::{WIDTH, scalar};
 
 /// NEON, which is part of every aarch64 processor.
@@ -124,6 +124,16 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| neon!(vbslq_f32(vcgtq_f32(a, b), a, b)))
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        reduce(self.to_array(), f32::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        reduce(self.to_array(), f32::max)
     }
 
     #[inline(always)]

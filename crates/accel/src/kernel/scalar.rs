@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +110,16 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        reduce(self.to_array(), f32::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        reduce(self.to_array(), f32::max)
     }
 
     #[inline(always)]

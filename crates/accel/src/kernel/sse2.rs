@@ -9,7 +9,7 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
 use super::{WIDTH, scalar};
 
 /// SSE2, which is part of every x86-64 processor.
@@ -124,6 +124,16 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| sse!(_mm_max_ps(a, b)))
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        reduce(self.to_array(), f32::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        reduce(self.to_array(), f32::max)
     }
 
     #[inline(always)]
