@@ -71,24 +71,24 @@ impl Accel {
     ///
     /// Where the slices differ in length, the excess of the longer is left alone.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        hits.iter_mut().for_each(|hit| *hit = None);
         let count = hits.len().min(rays.len());
+        hits[..count].fill(None);
         self.answer(&rays[..count], traverse_stream, &mut NearestHits { accel: self, rays, hits });
     }
 
     /// [`Self::intersect_batch`] for rays of which each 64 in a row go nearly the same way, as the camera rays of eight by eight pixels.
     ///
-    /// The result is the same for any rays; those that do not go nearly the same way take longer.
+    /// The result is the same for any rays; the first of those that do not go nearly the same way take longer.
     pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        hits.iter_mut().for_each(|hit| *hit = None);
         let count = hits.len().min(rays.len());
+        hits[..count].fill(None);
         self.answer(&rays[..count], traverse_packets, &mut NearestHits { accel: self, rays, hits });
     }
 
     /// [`Self::occluded`] for many rays; slices as in [`Self::intersect_batch`].
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
-        occluded.fill(false);
         let count = occluded.len().min(rays.len());
+        occluded[..count].fill(false);
         self.answer(&rays[..count], traverse_stream, &mut Occlusions { occluded });
     }
 
@@ -233,7 +233,9 @@ impl Query for NearestHits<'_> {
 
     #[inline(always)]
     fn finish(&mut self, place: usize, search: &Nearest, _ended: bool) {
-        self.hits[place] = search.result().map(|found| self.accel.to_hit(&self.rays[place], &found));
+        // As the search saw it.
+        let ray = Ray { t_min: self.rays[place].t_min.max(0.0), ..self.rays[place] };
+        self.hits[place] = search.result().map(|found| self.accel.to_hit(&ray, &found));
     }
 }
 

@@ -1,70 +1,18 @@
-//! Every builder against the brute-force list, on worlds made to be awkward.
+//! Every query of every builder on every tier against the brute-force list, on worlds made to be awkward.
 
 mod common;
 
 use std::f32::consts::TAU;
 
+use common::agreement::{check_queries, compare, every_accel};
+use common::meshes::{blob, grid_cube, torus};
+use common::worlds::{camera_rays, loose_triangles, nasty_rays, rays, rays_at, soup, zoo};
 use common::{Random, build, world_of};
 use proptest::prelude::*;
 use sahl_accel::{
-    Accel, BuildOptions, Builder, Cylinder, Disk, Geometry, Hit, Instance, PatchMesh, Sphere, TraversalCount,
-    TriangleMesh, World,
+    Accel, BuildOptions, Builder, Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World,
 };
 use sahl_math::{Ray, Transform, Vec3};
-
-const TREES: [Builder; 2] = [Builder::BinnedSah, Builder::Median];
-
-/// Compares all queries; returns how many rays hit.
-fn compare(world: &World, rays: &[Ray]) -> usize {
-    let oracle = build(world, Builder::BruteForce);
-    let expected: Vec<Option<Hit>> = rays.iter().map(|ray| oracle.intersect(ray)).collect();
-    for builder in TREES {
-        let accel = build(world, builder);
-        assert_eq!(accel.stats().dropped, oracle.stats().dropped);
-        assert_eq!(accel.bounds(), oracle.bounds());
-        let mut batch = vec![None; rays.len()];
-        accel.intersect_batch(rays, &mut batch);
-        let mut occluded = vec![false; rays.len()];
-        accel.occluded_batch(rays, &mut occluded);
-        for (i, ray) in rays.iter().enumerate() {
-            let hit = accel.intersect(ray);
-            assert_eq!(hit, expected[i], "{builder:?} {ray:?}");
-            assert_eq!(hit, batch[i], "{builder:?} batch {ray:?}");
-            assert_eq!(hit.is_some(), occluded[i], "{builder:?} occluded batch {ray:?}");
-            assert_eq!(hit.is_some(), accel.occluded(ray), "{builder:?} occluded {ray:?}");
-            assert_eq!(hit.is_some(), oracle.occluded(ray), "oracle occluded {ray:?}");
-            let mut count = TraversalCount::default();
-            assert_eq!(hit, accel.intersect_counted(ray, &mut count), "{builder:?} counted {ray:?}");
-            assert!(hit.is_none() || count.nodes > 0 && count.primitives > 0);
-        }
-    }
-    expected.iter().flatten().count()
-}
-
-fn rays(random: &mut Random, count: usize, half: f32) -> Vec<Ray> {
-    (0..count)
-        .map(|i| {
-            let origin = random.point(half);
-            let direction = match i % 4 {
-                0 => [Vec3::X, -Vec3::Y, Vec3::Z][i / 4 % 3],
-                1 => Vec3::new(random.range(-1.0, 1.0), 0.0, random.range(-1.0, 1.0)),
-                _ => random.direction() * random.range(0.01, 10.0),
-            };
-            let ray = Ray::new(origin, direction);
-            if i % 3 == 0 { Ray { t_min: 0.1, t_max: random.range(0.0, 2.0 * half), ..ray } } else { ray }
-        })
-        .collect()
-}
-
-fn soup(random: &mut Random, count: usize, size: f32) -> TriangleMesh {
-    let mut positions = Vec::new();
-    for _ in 0..count {
-        let center = random.point(1.0);
-        positions.extend((0..3).map(|_| center + random.point(size)));
-    }
-    let indices: Vec<[u32; 3]> = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    TriangleMesh { indices: indices.into(), positions: positions.into() }
-}
 
 #[test]
 fn triangle_soups_of_every_small_size() {
@@ -88,35 +36,54 @@ fn uneven_sizes_and_needles() {
             (0..3).map(|_| center + random.point(size) * if i % 3 == 0 { stretched } else { Vec3::ONE }),
         );
     }
-    let indices: Vec<[u32; 3]> = (0..600).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let mesh = TriangleMesh { indices: indices.into(), positions: positions.into() };
-    assert!(compare(&world_of(vec![Geometry::Triangles(mesh)]), &rays(&mut random, 4000, 1.5)) > 1000);
+    let mesh = loose_triangles(positions);
+    let mut rays = rays(&mut random, 2000, 1.5);
+    rays.extend(rays_at(&mut random, &mesh, 1000, 1.5));
+    assert!(compare(&world_of(vec![Geometry::Triangles(mesh)]), &rays) > 1000);
 }
 
 #[test]
-fn duplicates_and_coplanar_triangles_give_the_lowest_primitive() {
-    let positions: Vec<Vec3> = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X + Vec3::Y];
-    let indices = vec![[0, 1, 2]; 100];
-    let mesh = || TriangleMesh { indices: indices.as_slice().into(), positions: positions.as_slice().into() };
-    let mut world = world_of(vec![Geometry::Triangles(mesh()), Geometry::Triangles(mesh())]);
-    world.world = vec![1, 0, 1];
+fn meshes_by_rays_at_vertices_and_edges() {
     let mut random = Random(3);
-    compare(&world, &rays(&mut random, 500, 1.0));
-    let hit =
-        build(&world, Builder::BinnedSah).intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), -Vec3::Z)).unwrap();
-    assert_eq!((hit.instance, hit.geometry, hit.primitive), (Hit::NO_INSTANCE, 0, 0));
+    for body in [blob(2), grid_cube(4), torus(12, 8)] {
+        let mesh = body.triangle_mesh();
+        let mut rays = rays_at(&mut random, &mesh, 1200, 2.0);
+        rays.extend(nasty_rays(&mut random, 800, 2.0));
+        let hits = compare(&world_of(vec![Geometry::Triangles(mesh)]), &rays);
+        assert!(hits > 1000, "{}: {hits} hits", body.name);
+        if !body.quads.is_empty() {
+            let patches = world_of(vec![Geometry::Patches(body.patch_mesh())]);
+            assert!(compare(&patches, &rays) > 1000);
+        }
+    }
 }
 
 #[test]
-fn an_instance_goes_before_the_world_at_the_same_place() {
+fn the_largest_and_the_smallest_scales() {
     let mut random = Random(4);
-    let mut world = world_of(vec![Geometry::Triangles(soup(&mut random, 50, 0.5))]);
-    world.groups = vec![vec![0]];
-    world.instances = vec![Instance { group: 0, to_world: Transform::IDENTITY }; 3];
-    let rays = rays(&mut random, 500, 1.5);
-    assert!(compare(&world, &rays) > 50);
-    let accel = build(&world, Builder::BinnedSah);
-    assert!(rays.iter().filter_map(|ray| accel.intersect(ray)).all(|hit| hit.instance == 0));
+    for scale in [1e-9, 1e6, 1e12] {
+        for body in [blob(1), grid_cube(2)].map(|body| body.scaled(scale)) {
+            let mesh = body.triangle_mesh();
+            let rays = rays_at(&mut random, &mesh, 600, 2.0 * scale);
+            let hits = compare(&world_of(vec![Geometry::Triangles(mesh)]), &rays);
+            assert!(hits > 200, "{} at {scale}: {hits} hits", body.name);
+        }
+    }
+}
+
+#[test]
+fn camera_rays_of_every_query() {
+    let mut random = Random(7);
+    let world = zoo(&mut random);
+    let mut mesh = world_of(vec![Geometry::Triangles(blob(3).triangle_mesh())]);
+    mesh.geometries.push(Geometry::Triangles(grid_cube(8).scaled(1.5).triangle_mesh()));
+    mesh.world.push(1);
+    for (world, width) in [(world, 3.0), (mesh, 5.0)] {
+        for origin in [Vec3::new(3.0, 2.0, 4.0), Vec3::new(0.1, 0.1, -5.0), Vec3::new(0.01, 0.02, 0.03)] {
+            let rays = camera_rays(origin, Vec3::new(0.1, 0.0, 0.2), 4, width);
+            assert!(compare(&world, &rays) > 300);
+        }
+    }
 }
 
 #[test]
@@ -173,79 +140,31 @@ fn an_empty_world_is_never_hit() {
 
 #[test]
 fn rays_that_are_not_rays_hit_nothing() {
-    let accel =
-        build(&world_of(vec![Geometry::Triangles(soup(&mut Random(6), 100, 1.0))]), Builder::BinnedSah);
+    let world = world_of(vec![Geometry::Triangles(soup(&mut Random(6), 100, 1.0))]);
     let (nan, infinite) = (Vec3::new(0.0, f32::NAN, 0.0), Vec3::new(f32::INFINITY, 0.0, 0.0));
     let good = Ray::new(Vec3::ZERO, Vec3::X);
-    for ray in [
+    let rays = [
         Ray::new(nan, Vec3::X),
         Ray::new(Vec3::ZERO, nan),
         Ray::new(infinite, Vec3::X),
         Ray::new(Vec3::ZERO, infinite),
         Ray::new(Vec3::ZERO, Vec3::ZERO),
+        Ray::new(Vec3::ZERO, -Vec3::ZERO),
         good.with_t_max(0.0),
         good.with_t_max(-1.0),
         good.with_t_max(f32::NAN),
         Ray { t_min: 5.0, t_max: 4.0, ..good },
-    ] {
-        assert_eq!(accel.intersect(&ray), None, "{ray:?}");
-        assert!(!accel.occluded(&ray), "{ray:?}");
+        Ray { t_min: f32::INFINITY, ..good },
+    ];
+    let unusual = [Ray { t_min: f32::NAN, ..good }, Ray { t_min: -7.0, ..good }, Ray { t_min: -0.0, ..good }];
+    for (options, accel) in every_accel(&world) {
+        let context = format!("{options:?}");
+        check_queries(&context, &accel, &rays, &[None; 11]);
+        let hit = accel.intersect(&good);
+        assert!(hit.is_some());
+        check_queries(&context, &accel, &unusual, &[hit; 3]);
     }
-    assert!(accel.intersect(&good).is_some());
-    assert_eq!(accel.intersect(&Ray { t_min: f32::NAN, ..good }), accel.intersect(&good));
-    assert_eq!(accel.intersect(&Ray { t_min: -7.0, ..good }), accel.intersect(&good));
-}
-
-/// All kinds of shapes, two groups and instances of them.
-fn zoo(random: &mut Random) -> World {
-    let mut transform = || {
-        let moved = random.point(1.0);
-        let axis: [f32; 3] = random.direction().into();
-        let scale = [random.range(0.1, 0.6), random.range(0.1, 0.6), random.range(-0.6, -0.1)].map(f64::from);
-        let turned = Transform::rotate(f64::from(random.range(0.0, 6.0)), axis.map(f64::from))
-            .expect("a regular matrix");
-        let turned = turned
-            .after(&Transform::scale(scale[0], scale[1], scale[2]).expect("a regular matrix"))
-            .expect("a regular matrix");
-        Transform::translate(f64::from(moved.x), f64::from(moved.y), f64::from(moved.z))
-            .expect("a regular matrix")
-            .after(&turned)
-            .expect("a regular matrix")
-    };
-    let mut geometries = Vec::new();
-    for i in 0..8 {
-        let phi_max = if i % 2 == 0 { TAU } else { 2.5 };
-        let (z_min, z_max) = if i % 3 == 0 { (-1.0, 1.0) } else { (0.7, -0.2) };
-        geometries.push(Geometry::Sphere(Sphere {
-            radius: 1.0,
-            z_min,
-            z_max,
-            phi_max,
-            to_parent: transform(),
-        }));
-        geometries.push(Geometry::Cylinder(Cylinder {
-            radius: 0.8,
-            z_min,
-            z_max,
-            phi_max,
-            to_parent: transform(),
-        }));
-        let inner_radius = if i % 3 == 0 { 0.4 } else { 0.0 };
-        geometries.push(Geometry::Disk(Disk {
-            height: 0.1,
-            radius: 1.0,
-            inner_radius,
-            phi_max,
-            to_parent: transform(),
-        }));
-    }
-    let instances = (0..12).map(|i| Instance { group: i % 2, to_world: transform() }).collect();
-    geometries.push(Geometry::Triangles(soup(random, 60, 0.4)));
-    let corners: Vec<Vec3> = (0..80).map(|_| random.point(1.0)).collect();
-    let indices: Vec<[u32; 4]> = (0..20).map(|i| [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3]).collect();
-    geometries.push(Geometry::Patches(PatchMesh { indices: indices.into(), positions: corners.into() }));
-    let all: Vec<u32> = (0..geometries.len() as u32).collect();
-    World { groups: vec![all[..10].to_vec(), all[10..].to_vec()], world: all, geometries, instances }
+    compare(&world, &unusual);
 }
 
 #[test]
@@ -253,7 +172,8 @@ fn all_shapes_and_instances_together() {
     for seed in 0..4 {
         let mut random = Random(100 + seed);
         let world = zoo(&mut random);
-        let rays = rays(&mut random, 1500, 1.5);
+        let mut rays = rays(&mut random, 1000, 1.5);
+        rays.extend(nasty_rays(&mut random, 400, 1.5));
         let hits = compare(&world, &rays);
         assert!(hits > 250, "{hits} hits");
     }

@@ -1,45 +1,60 @@
-//! No ray slips between primitives that share an edge, and none hits the surface it starts from.
+//! No ray slips between primitives that share an edge, and none hits the surface it starts from: on every tier, by every query.
 
 mod common;
 
+use common::agreement::{TREES, tiers};
 use common::meshes::{Body, blob, grid_cube, torus};
-use common::watertight::{Aim, Tally, shoot};
-use common::{Random, build, world_of};
-use sahl_accel::{Accel, Builder, Geometry, Instance, World};
-use sahl_math::Transform;
+use common::watertight::{Aim, Queries, Tally, Volley, shoot};
+use common::{Random, world_of};
+use sahl_accel::{Accel, BuildOptions, Builder, Geometry, Instance, World};
+use sahl_math::{Transform, Vec3};
 
 const SCALES: [f32; 3] = [1e-3, 1.0, 1e4];
 
-fn bodies() -> [Body; 3] {
-    [blob(4), grid_cube(16), torus(48, 24)]
+/// Shoots a share of `count` rays for each tier and kind of query.
+fn check(what: &str, world: &World, (builder, body): (Builder, &Body), aim: Aim, count: u64) {
+    let curved = what.contains("curved");
+    for (number, tier) in tiers().enumerate() {
+        let accel =
+            Accel::build(world.clone(), &BuildOptions { builder, tier: Some(tier), ..BuildOptions::default() });
+        for queries in Queries::ALL {
+            let volley = Volley { aim, queries, count: count / (3 * tiers().count() as u64), curved };
+            let tally = shoot(&accel, body, &volley, &mut Random(7 + number as u64));
+            let expected = Tally { rays: tally.rays, ..Tally::default() };
+            assert_eq!(tally, expected, "{what}: {}, {builder:?}, {tier:?}, {volley:?}", body.name);
+            assert!(2 * tally.rays > volley.count, "{what}: only {} rays", tally.rays);
+        }
+    }
 }
 
-fn check(what: &str, accel: &Accel, body: &Body, aim: Aim, curved: bool) {
-    let tally = shoot(accel, body, aim, 9_000, curved, &mut Random(7));
-    let expected = Tally { rays: tally.rays, ..Tally::default() };
-    assert_eq!(tally, expected, "{what}: {}", body.name);
-    assert!(tally.rays > 5_000, "{what}: only {} rays", tally.rays);
+fn check_aims(what: &str, world: &World, (builder, body): (Builder, &Body), count: u64) {
+    check(what, world, (builder, body), Aim::Targets, count);
+    if body.name == "grid cube" {
+        check(what, world, (builder, body), Aim::AxisParallel, count);
+        check(what, world, (builder, body), Aim::GridLines, count);
+    }
 }
 
 #[test]
 fn triangles_are_watertight_at_all_scales() {
     for scale in SCALES {
-        for body in bodies() {
-            let body = body.scaled(scale);
+        for body in [blob(4), grid_cube(16), torus(48, 24)].map(|body| body.scaled(scale)) {
             let world = world_of(vec![Geometry::Triangles(body.triangle_mesh())]);
-            for builder in [Builder::BinnedSah, Builder::Median] {
-                let accel = build(&world, builder);
-                check(&format!("{builder:?} at {scale}"), &accel, &body, Aim::Targets, false);
-                if body.name == "grid cube" {
-                    check(
-                        &format!("axis-parallel, {builder:?} at {scale}"),
-                        &accel,
-                        &body,
-                        Aim::AxisParallel,
-                        false,
-                    );
-                }
+            for builder in TREES {
+                check_aims(&format!("triangles at {scale}"), &world, (builder, &body), 24_000);
             }
+        }
+    }
+}
+
+#[test]
+fn triangles_far_from_the_origin_are_watertight() {
+    for distance in [1e3, 1e4, 1e5] {
+        // Coarser, so that rounding of the vertices leaves the bodies as they are.
+        for body in [blob(1), grid_cube(8), torus(12, 6)] {
+            let body = body.moved(Vec3::new(1.0, -0.75, 0.5) * distance);
+            let world = world_of(vec![Geometry::Triangles(body.triangle_mesh())]);
+            check_aims(&format!("triangles at {distance}"), &world, (Builder::BinnedSah, &body), 24_000);
         }
     }
 }
@@ -47,14 +62,10 @@ fn triangles_are_watertight_at_all_scales() {
 #[test]
 fn patches_are_watertight_at_all_scales() {
     for scale in SCALES {
-        for body in [grid_cube(16), torus(48, 24)] {
+        for (body, kind) in [(grid_cube(16), "flat"), (torus(48, 24), "curved")] {
             let body = body.scaled(scale);
-            let accel = build(&world_of(vec![Geometry::Patches(body.patch_mesh())]), Builder::BinnedSah);
-            let curved = body.name == "torus";
-            check(&format!("patches at {scale}"), &accel, &body, Aim::Targets, curved);
-            if !curved {
-                check(&format!("axis-parallel patches at {scale}"), &accel, &body, Aim::AxisParallel, false);
-            }
+            let world = world_of(vec![Geometry::Patches(body.patch_mesh())]);
+            check_aims(&format!("{kind} patches at {scale}"), &world, (Builder::BinnedSah, &body), 12_000);
         }
     }
 }
@@ -62,19 +73,17 @@ fn patches_are_watertight_at_all_scales() {
 #[test]
 fn triangles_and_patches_that_share_edges_are_watertight() {
     for scale in SCALES {
-        for (body, curved) in [(grid_cube(16), false), (torus(48, 24), true)] {
+        for (body, kind) in [(grid_cube(16), "flat"), (torus(48, 24), "curved")] {
             let mut body = body.scaled(scale);
             // Every other quadrilateral as a patch, the rest as triangles.
             let every_quad = body.quads.clone();
             body.triangles = body.triangles.chunks(2).skip(1).step_by(2).flatten().copied().collect();
             body.quads = every_quad.iter().step_by(2).copied().collect();
-            let (triangles, patches) = (body.triangle_mesh(), body.patch_mesh());
-            let accel = build(
-                &world_of(vec![Geometry::Triangles(triangles), Geometry::Patches(patches)]),
-                Builder::BinnedSah,
-            );
+            let shapes =
+                vec![Geometry::Triangles(body.triangle_mesh()), Geometry::Patches(body.patch_mesh())];
             body.quads = every_quad;
-            check(&format!("mixed at {scale}"), &accel, &body, Aim::Targets, curved);
+            let what = format!("{kind} mixture at {scale}");
+            check(&what, &world_of(shapes), (Builder::BinnedSah, &body), Aim::Targets, 12_000);
         }
     }
 }
@@ -85,17 +94,16 @@ fn instances_are_watertight() {
     let turned = Transform::rotate(0.8, [1.0, 2.0, 3.0]).unwrap();
     let scaled = Transform::scale(2.5, -0.7, 1.3).unwrap();
     let to_world = moved.after(&turned.after(&scaled).unwrap()).unwrap();
-    for mut body in bodies() {
+    for mut body in [blob(4), grid_cube(16), torus(48, 24)] {
         let world = World {
             geometries: vec![Geometry::Triangles(body.triangle_mesh())],
             groups: vec![vec![0]],
             instances: vec![Instance { group: 0, to_world }],
             ..World::default()
         };
-        let accel = build(&world, Builder::BinnedSah);
         for p in body.positions.iter_mut().chain(&mut body.inside) {
             *p = to_world.point(*p);
         }
-        check("instance", &accel, &body, Aim::Targets, false);
+        check("instance", &world, (Builder::BinnedSah, &body), Aim::Targets, 24_000);
     }
 }

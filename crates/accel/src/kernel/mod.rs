@@ -28,3 +28,6 @@ pub use tier::Tier;
 
 /// Children of a node, and lanes of every operation.
 pub(crate) const WIDTH: usize = 8;
+
+#[cfg(test)]
+mod tests;

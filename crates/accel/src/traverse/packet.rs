@@ -4,12 +4,12 @@
 //! which any ray enters a box and the highest at which any leaves it. Only before a leaf is each ray held against the leaf's box, and
 //! those that meet it are tested one by one. So a packet finds what its rays find alone, to the last bit.
 //!
-//! Deliberately absent: packets of rays in different octants, or along an axis. Such rays go their own ways.
+//! Rays that turn out to have little in common go their own ways, and so do those along an axis.
 
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, StackSize};
-use super::stream::Query;
+use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay};
 use crate::kernel::{
@@ -49,30 +49,104 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
         let Self { scene, root, rays, query } = self;
         let mut bundle = RayBundle::EMPTY;
         let mut stack = PacketStack::<N>::empty();
-        for (rays, first) in rays.chunks(BUNDLE_RAYS).zip((0..).step_by(BUNDLE_RAYS)) {
-            // One packet an octant; seldom more than one.
-            let (mut wanted, mut strays) = (u64::MAX, u64::MAX);
-            while wanted != 0 {
-                let Some(Loaded { members, others, frustum }) = bundle.load(isa, rays, wanted) else { break };
-                (wanted, strays) = (others, strays & !members);
-                let mut packet = Packet { scene, rays, bundle: &mut bundle, frustum: &frustum };
-                packet.traverse(isa, root, &mut stack);
-                for place in places(members) {
-                    let nearest = bundle.nearest(place);
-                    if nearest.id != u32::MAX {
-                        query.finish(first + place, &Nearest::resume(&nearest), false);
-                    }
-                }
-            }
-            for place in places(strays).take_while(|&place| place < rays.len()) {
-                let Some(ray) = PreparedRay::new(&rays[place]) else { continue };
-                let mut search = query.start(ray.limit());
-                let (searched, counter) = (&mut search, &mut NoCount);
-                let walk = Walk::<_, _, N> { scene, root, ray: &ray, search: searched, counter };
-                let ended = walk.run(isa);
-                query.finish(first + place, &search, ended);
+        let mut first = 0;
+        while first < rays.len() {
+            let packet = &rays[first..rays.len().min(first + BUNDLE_RAYS)];
+            let mut query = Part { query: &mut *query, first };
+            let effort =
+                Packets { scene, root, rays: packet, query: &mut query }.search(isa, &mut bundle, &mut stack);
+            first += packet.len();
+            if !effort.is_worthwhile() {
+                // Rays that have little in common seldom stand alone.
+                let others = &rays[first..rays.len().min(first + SINGLE_RAYS)];
+                query.first = first;
+                Stream::<_, N> { scene, root, rays: others, query: &mut query }.run(isa);
+                first += others.len();
             }
         }
+    }
+}
+
+/// A packet that visits more nodes and leaves is dissolved.
+const MOST_VISITS: u32 = 1024;
+
+/// So many rays go their own ways after a packet that was not worthwhile.
+const SINGLE_RAYS: usize = 15 * BUNDLE_RAYS;
+
+/// What a packet has visited.
+#[derive(Clone, Copy, Default)]
+struct Effort {
+    visits: u32,
+    leaves: u32,
+    /// How many rays met the leaves' boxes, all together.
+    meetings: u32,
+}
+
+impl Effort {
+    /// Whether the rays would not have been faster alone: short ways always are, long ones if some rays share them to the leaves.
+    fn is_worthwhile(self) -> bool {
+        self.visits <= 48 || self.visits <= MOST_VISITS && self.meetings >= 2 * self.leaves
+    }
+
+    fn max(self, other: Self) -> Self {
+        if self.visits < other.visits { other } else { self }
+    }
+}
+
+/// A query for a part of the rays.
+struct Part<'a, Q> {
+    query: &'a mut Q,
+    /// The place of the part's first ray.
+    first: usize,
+}
+
+impl<Q: Query> Query for Part<'_, Q> {
+    type Search = Q::Search;
+
+    #[inline(always)]
+    fn start(&self, limit: f32) -> Q::Search {
+        self.query.start(limit)
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, place: usize, search: &Q::Search, ended: bool) {
+        self.query.finish(self.first + place, search, ended);
+    }
+}
+
+impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
+    /// Finds the nearest hits of up to [`BUNDLE_RAYS`] rays; returns what the packet that saw most has visited.
+    #[inline(always)]
+    fn search<I: Isa>(self, isa: I, bundle: &mut RayBundle, stack: &mut PacketStack<N>) -> Effort {
+        let Self { scene, root, rays, query } = self;
+        let mut most = Effort::default();
+        // One packet an octant; seldom more than one.
+        let (mut wanted, mut strays) = (u64::MAX, u64::MAX);
+        while wanted != 0 {
+            let Some(Loaded { members, others, frustum }) = bundle.load(isa, rays, wanted) else { break };
+            wanted = others;
+            let effort =
+                Packet { scene, rays, bundle: &mut *bundle, frustum: &frustum }.traverse(isa, root, stack);
+            most = most.max(effort);
+            if effort.visits > MOST_VISITS {
+                continue;
+            }
+            strays &= !members;
+            for place in places(members) {
+                let nearest = bundle.nearest(place);
+                if nearest.id != u32::MAX {
+                    query.finish(place, &Nearest::resume(&nearest), false);
+                }
+            }
+        }
+        for place in places(strays).take_while(|&place| place < rays.len()) {
+            let Some(ray) = PreparedRay::new(&rays[place]) else { continue };
+            let mut search = query.start(ray.limit());
+            let (searched, counter) = (&mut search, &mut NoCount);
+            let ended = Walk::<_, _, N> { scene, root, ray: &ray, search: searched, counter }.run(isa);
+            query.finish(place, &search, ended);
+        }
+        most
     }
 }
 
@@ -99,27 +173,39 @@ const RAY_COST: u32 = 10;
 const TRIANGLE_COST: u32 = 4;
 
 impl Packet<'_> {
-    /// Visits what any ray may hit.
+    /// Visits what any ray may hit; returns what that was.
+    ///
+    /// Gives up after [`MOST_VISITS`].
     #[inline(always)]
-    fn traverse<I: Isa, const N: usize>(&mut self, isa: I, root: u32, stack: &mut PacketStack<N>) {
+    fn traverse<I: Isa, const N: usize>(mut self, isa: I, root: u32, stack: &mut PacketStack<N>) -> Effort {
+        stack.clear();
+        let mut effort = Effort::default();
         let mut reach = self.bundle.greatest_reach(isa);
         let mut entry = Entry { child: root, parent: root };
-        loop {
+        while effort.visits <= MOST_VISITS {
+            effort.visits += 1;
             if Child::stage(entry.child) == Stage::Node {
                 stack.push_children(isa, self.scene, (entry.child, self.frustum), reach);
-            } else if self.visit_leaf::<I, N>(isa, &entry, reach) {
+            } else if self.visit_leaf::<I, N>(isa, &entry, reach, &mut effort) {
                 reach = self.bundle.greatest_reach(isa);
             }
             match stack.pop(reach) {
                 Some(next) => entry = next,
-                None => return,
+                None => break,
             }
         }
+        effort
     }
 
     /// Tests the rays that meet a leaf's box; returns whether any of them hit something.
     #[inline(always)]
-    fn visit_leaf<I: Isa, const N: usize>(&mut self, isa: I, entry: &Entry, reach: f32) -> bool {
+    fn visit_leaf<I: Isa, const N: usize>(
+        &mut self,
+        isa: I,
+        entry: &Entry,
+        reach: f32,
+        effort: &mut Effort,
+    ) -> bool {
         let node = self.scene.trees.node(Child::row(entry.parent));
         let planes = self.frustum.child_planes(node, lane_of(node, entry.child));
         let (mut meeting, mut groups) = (0, 0);
@@ -128,6 +214,8 @@ impl Packet<'_> {
             meeting |= u64::from(lanes) << (group * I::WIDE);
             groups += u32::from(lanes != 0);
         }
+        effort.leaves += 1;
+        effort.meetings += meeting.count_ones();
         if meeting == 0 {
             return false;
         }
@@ -207,6 +295,11 @@ impl<const N: usize> PacketStack<N> {
     #[inline(always)]
     fn empty() -> Self {
         Self { children: [0.0; N], enters: [0.0; N], parents: [0; N], height: 0 }
+    }
+
+    #[inline(always)]
+    fn clear(&mut self) {
+        self.height = 0;
     }
 
     #[inline(always)]

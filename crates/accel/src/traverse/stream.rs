@@ -13,8 +13,8 @@ use super::{NoCount, PreparedRay, Search};
 use crate::kernel::{EXIT_WIDENING, Isa, Task, Tier, dispatch};
 use crate::layout::{Child, Stage, WideTree};
 
-/// Rays in flight.
-const SLOTS: usize = 16;
+/// Rays in flight: a power of two.
+const SLOTS: usize = 32;
 
 /// What a query is asked of each ray of a slice.
 pub(crate) trait Query {
@@ -42,11 +42,12 @@ pub(crate) fn traverse_stream<Q: Query>(
     }
 }
 
-struct Stream<'a, Q, const N: usize> {
-    scene: Scene<'a>,
-    root: u32,
-    rays: &'a [Ray],
-    query: &'a mut Q,
+/// Many rays on their ways through a tree, with stacks of `N` places.
+pub(super) struct Stream<'a, Q, const N: usize> {
+    pub(super) scene: Scene<'a>,
+    pub(super) root: u32,
+    pub(super) rays: &'a [Ray],
+    pub(super) query: &'a mut Q,
 }
 
 /// A ray in flight.
@@ -68,24 +69,32 @@ struct Slot<S, const N: usize> {
 /// In a register: queues in memory would make every step wait for the last, because the processor could not tell whether the
 /// place that one writes is the place that the other reads.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-struct Waiting(u64);
+struct Waiting {
+    /// Nodes in the lower half, blocks in the upper.
+    likely: u64,
+    /// Other primitives in the lower half, what is done in the upper.
+    unlikely: u64,
+}
 
-const _: () = assert!(SLOTS * Stage::COUNT <= u64::BITS as usize);
+const _: () = assert!(SLOTS <= 32 && Stage::COUNT == 4);
 
 impl Waiting {
-    const EVERY_SLOT: u64 = (1 << SLOTS) - 1;
-
     #[inline(always)]
     fn join(&mut self, stage: Stage, slot: usize) {
-        self.0 |= 1 << (stage as usize * SLOTS + slot);
+        let stage = stage as u64;
+        let bit = 1_u64 << ((stage & 1) << 5 | slot as u64);
+        let unlikely = (stage >> 1).wrapping_neg();
+        self.likely |= bit & !unlikely;
+        self.unlikely |= bit & unlikely;
     }
 
     /// Empties the set of a stage and returns it.
     #[inline(always)]
     fn take(&mut self, stage: Stage) -> SlotSet {
-        let shift = stage as usize * SLOTS;
-        let set = SlotSet(self.0 >> shift & Self::EVERY_SLOT);
-        self.0 &= !(Self::EVERY_SLOT << shift);
+        let sets = if stage as u64 >> 1 == 0 { &mut self.likely } else { &mut self.unlikely };
+        let shift = (stage as u64 & 1) << 5;
+        let set = SlotSet(*sets >> shift & u64::from(u32::MAX));
+        *sets &= u64::from(u32::MAX) << (32 - shift);
         set
     }
 }
@@ -204,7 +213,7 @@ impl<S: Search, const N: usize> Slot<S, N> {
     fn advance<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> Stage {
         self.child = self.stack.pop();
         let first = scene.trees.address(Child::row(self.child));
-        for row in [0, 2, 4, 6] {
+        for row in [0, 2, 4, 6, 8] {
             isa.prefetch(first.wrapping_add(row));
         }
         Child::stage(self.child)

@@ -15,6 +15,8 @@ pub(crate) struct Body {
     pub(crate) quads: Vec<[u32; 4]>,
     /// Strictly inside.
     pub(crate) inside: Vec<Vec3>,
+    /// Where the middle of a cube lies.
+    pub(crate) center: Vec3,
 }
 
 impl Body {
@@ -22,6 +24,15 @@ impl Body {
         for p in self.positions.iter_mut().chain(&mut self.inside) {
             *p *= factor;
         }
+        self.center *= factor;
+        self
+    }
+
+    pub(crate) fn moved(mut self, offset: Vec3) -> Self {
+        for p in self.positions.iter_mut().chain(&mut self.inside) {
+            *p += offset;
+        }
+        self.center += offset;
         self
     }
 
@@ -90,7 +101,7 @@ pub(crate) fn blob(levels: u32) -> Body {
             Vec3::new(f.sin(), (2.0 * f).cos(), (3.0 * f).sin()) * 0.3 + Vec3::new(0.3, -0.2, 0.1)
         })
         .collect();
-    Body { name: "blob", positions, triangles, quads: Vec::new(), inside }
+    Body { name: "blob", positions, triangles, quads: Vec::new(), inside, center: Vec3::ZERO }
 }
 
 fn subdivide(positions: &mut Vec<Vec3>, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
@@ -137,7 +148,7 @@ pub(crate) fn grid_cube(n: u32) -> Body {
     }
     let steps = [-0.75, -0.3, 0.0, 0.25, 0.9];
     let inside = (0..125).map(|i| Vec3::new(steps[i % 5], steps[i / 5 % 5], steps[i / 25])).collect();
-    Body { name: "grid cube", positions, triangles, quads, inside }
+    Body { name: "grid cube", positions, triangles, quads, inside, center: Vec3::ZERO }
 }
 
 /// A torus of `n × m` quadrilaterals that are not flat.
@@ -162,7 +173,7 @@ pub(crate) fn torus(n: u32, m: u32) -> Body {
         }
     }
     let inside = (0..64).map(|i| ring(i as f32 / 64.0, i as f32 / 7.0, 0.15)).collect();
-    Body { name: "torus", positions, triangles, quads, inside }
+    Body { name: "torus", positions, triangles, quads, inside, center: Vec3::ZERO }
 }
 
 fn push_quad(quad: [u32; 4], triangles: &mut Vec<[u32; 3]>, quads: &mut Vec<[u32; 4]>) {

@@ -5,8 +5,10 @@
     reason = "each program that includes this file uses a part of it"
 )]
 
+pub(crate) mod agreement;
 pub(crate) mod meshes;
 pub(crate) mod watertight;
+pub(crate) mod worlds;
 
 use sahl_accel::{Accel, BuildOptions, Builder, Geometry, World};
 use sahl_math::Vec3;
