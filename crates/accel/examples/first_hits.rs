@@ -6,13 +6,15 @@ use sahl_accel::{Accel, BuildOptions, Disk, Geometry, Hit, Instance, TriangleMes
 use sahl_math::{Ray, Transform, Vec3};
 
 fn main() {
-    let tip_and_base = [[0.0, 0.0, 2.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    let tip_and_base =
+        [[0.0, 0.0, 2.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
     let pyramid = TriangleMesh {
         indices: [[1, 2, 0], [2, 3, 0], [3, 4, 0], [4, 1, 0]].into(),
         positions: tip_and_base.map(Vec3::from).into(),
     };
     let to_parent = Transform::IDENTITY;
-    let floor = Disk { height: 0.0, radius: 5.0, inner_radius: 0.0, phi_max: std::f32::consts::TAU, to_parent };
+    let floor =
+        Disk { height: 0.0, radius: 5.0, inner_radius: 0.0, phi_max: std::f32::consts::TAU, to_parent };
     let placements = [Transform::translate(-2.0, 0.0, 0.0), Transform::translate(2.0, 0.0, 0.0)];
     let world = World {
         geometries: vec![Geometry::Triangles(pyramid), Geometry::Disk(floor)],
@@ -25,7 +27,12 @@ fn main() {
     let down = Ray::new(Vec3::new(2.0, 0.3, 10.0), -Vec3::Z);
     if let Some(hit) = accel.intersect(&down) {
         let point = accel.surface_point(&down, &hit);
-        println!("instance {} at height {:.2}, normal {:.2?}", hit.instance, point.p.z, <[f32; 3]>::from(point.n));
+        println!(
+            "instance {} at height {:.2}, normal {:.2?}",
+            hit.instance,
+            point.p.z,
+            <[f32; 3]>::from(point.n)
+        );
     }
 
     // The rays of a row go nearly the same way.
@@ -48,7 +55,13 @@ fn main() {
         let mark = |(hit, shaded): (&Option<Hit>, &bool)| match (hit, shaded) {
             (None, _) => ' ',
             (Some(_), true) => '.',
-            (Some(hit), false) => if hit.instance == Hit::NO_INSTANCE { '-' } else { '#' },
+            (Some(hit), false) => {
+                if hit.instance == Hit::NO_INSTANCE {
+                    '-'
+                } else {
+                    '#'
+                }
+            }
         };
         println!("{}", hits.iter().zip(&shaded).map(mark).collect::<String>());
     }

@@ -6,7 +6,7 @@ use crate::assembly::Assembly;
 use crate::geometry::patch;
 use crate::hit::Hit;
 use crate::instance::PlacedGroup;
-use crate::kernel::Tier;
+use crate::kernel::Machine;
 use crate::layout::{WideTree, WideTrees};
 use crate::names::{Kind, PrimitiveName};
 use crate::options::BuildOptions;
@@ -14,7 +14,7 @@ use crate::primitive::{Primitives, vertices};
 use crate::stats::Stats;
 use crate::traverse::{
     Any, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Query, Scene, Search, StackSize,
-    TraversalCount, traverse, traverse_packets, traverse_stream,
+    TraversalCount, limit_of, traverse, traverse_packets, traverse_stream,
 };
 use crate::world::{Geometry, Instance, World};
 
@@ -36,7 +36,7 @@ pub struct Accel {
 /// The two things that can be searched. The last tree of each list is that of the world, the others are the groups'.
 #[derive(Clone, Debug)]
 pub(crate) enum Structure {
-    Wide { trees: WideTrees, groups: Vec<WideTree>, world: WideTree, machine: (Tier, StackSize) },
+    Wide { trees: WideTrees, groups: Vec<WideTree>, world: WideTree, machine: (Machine, StackSize) },
     List { groups: Vec<ListTree>, world: ListTree },
 }
 
@@ -63,8 +63,7 @@ impl Accel {
     /// Whether anything lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let Some(prepared) = PreparedRay::new(ray) else { return false };
-        self.search(&prepared, &mut Any { limit: prepared.limit() }, &mut NoCount)
+        self.search(ray, &mut Any { limit: limit_of(ray) }, &mut NoCount)
     }
 
     /// The nearest hits of many rays: `hits[i]` as [`Self::intersect`] gives it for `rays[i]`.
@@ -120,14 +119,13 @@ impl Accel {
 
     #[inline]
     fn nearest(&self, ray: &Ray, counter: &mut impl Counter) -> Option<Hit> {
-        let prepared = PreparedRay::new(ray)?;
-        let mut nearest = Nearest::new(prepared.limit());
-        self.search(&prepared, &mut nearest, counter);
-        nearest.result().map(|found| self.to_hit(prepared.ray(), &found))
+        let mut nearest = Nearest::new(limit_of(ray));
+        self.search(ray, &mut nearest, counter);
+        nearest.result().map(|found| self.to_hit(ray, &found))
     }
 
     #[inline]
-    fn search<S: Search, C: Counter>(&self, ray: &PreparedRay, search: &mut S, counter: &mut C) -> bool {
+    fn search<S: Search, C: Counter>(&self, ray: &Ray, search: &mut S, counter: &mut C) -> bool {
         match &self.structure {
             Structure::Wide { trees, groups, world, machine } => {
                 let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
@@ -135,7 +133,7 @@ impl Accel {
             }
             Structure::List { groups, world } => {
                 let list = List { primitives: &self.primitives, placed: &self.placed, groups };
-                list.search(world, ray, (search, counter))
+                PreparedRay::new(ray).is_some_and(|ray| list.search(world, &ray, (search, counter)))
             }
         }
     }
@@ -145,7 +143,7 @@ impl Accel {
     fn answer<Q: Query>(
         &self,
         rays: &[Ray],
-        traverse: fn(Scene<'_>, (Tier, StackSize), &WideTree, &[Ray], &mut Q),
+        traverse: fn(Scene<'_>, (Machine, StackSize), &WideTree, &[Ray], &mut Q),
         query: &mut Q,
     ) {
         if let Structure::Wide { trees, groups, world, machine } = &self.structure {
@@ -153,9 +151,8 @@ impl Accel {
             return traverse(scene, *machine, world, rays, query);
         }
         for (place, ray) in rays.iter().enumerate() {
-            let Some(ray) = PreparedRay::new(ray) else { continue };
-            let mut search = query.start(ray.limit());
-            let ended = self.search(&ray, &mut search, &mut NoCount);
+            let mut search = query.start(limit_of(ray));
+            let ended = self.search(ray, &mut search, &mut NoCount);
             query.finish(place, &search, ended);
         }
     }
@@ -191,7 +188,9 @@ impl Accel {
     #[inline(never)]
     fn quadric_parameters(&self, ray: &Ray, geometry: u32, found: &Found) -> [f32; 2] {
         self.primitives.quadric(geometry).map_or([0.0; 2], |quadric| {
-            let local = self.placed_at(found.instance).map_or(*ray, |placed| placed.local_ray(ray));
+            // As the traversal sees it: which root counts depends on where the interval begins.
+            let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
+            let local = self.placed_at(found.instance).map_or(ray, |placed| placed.local_ray(&ray));
             let surface = quadric.surface(&local, found.candidate.t);
             [surface.u, surface.v]
         })

@@ -5,10 +5,10 @@ use sahl_math::Bounds3;
 use crate::accel::{Accel, Structure};
 use crate::build::{self, Reference};
 use crate::instance::PlacedGroup;
-use crate::kernel::Tier;
+use crate::kernel::Machine;
 use crate::layout::{self, WideTree, WideTrees};
 use crate::options::{BuildOptions, Builder};
-use crate::primitive::{Item, Primitives, TreeInput};
+use crate::primitive::{Item, Primitives, TreeInput, TriangleVertices};
 use crate::stats::Stats;
 use crate::traverse::{ListTree, StackSize};
 use crate::world::World;
@@ -48,7 +48,7 @@ impl<'a> Assembly<'a> {
             groups.iter().chain([&input]).map(|input| input.references.len() as u64).sum();
         let structure = match self.options.builder {
             Builder::BruteForce => self.list_structure(&groups, &input),
-            Builder::Median | Builder::BinnedSah => self.wide_structure(groups, input, &placed),
+            _ => self.wide_structure(groups, input, &placed),
         };
         let mut stats = self.stats;
         stats.dropped = self.primitives.dropped;
@@ -57,7 +57,7 @@ impl<'a> Assembly<'a> {
     }
 
     fn list_structure(&mut self, groups: &[TreeInput], input: &TreeInput) -> Structure {
-        let vertices = |id: u32| self.primitives.triangle(&self.world, id);
+        let vertices = TriangleVertices { world: &self.world, primitives: &self.primitives };
         let list = |input: &TreeInput| {
             let items: Vec<Item> = input.references.iter().map(Reference::item).collect();
             ListTree::new(&items, &vertices)
@@ -91,9 +91,8 @@ impl<'a> Assembly<'a> {
         self.stats.depth = depth;
         self.stats.sah_cost = sah_cost;
         self.stats.bytes = trees.bytes();
-        let chosen = self.options.tier.filter(|tier| tier.is_available());
-        let tier = chosen.unwrap_or_else(Tier::detect);
-        Structure::Wide { trees, groups, world, machine: (tier, StackSize::for_depth(depth)) }
+        let machine = (Machine::choose(self.options.tier), StackSize::for_depth(depth));
+        Structure::Wide { trees, groups, world, machine }
     }
 
     /// Builds and appends one tree; returns it with its cost.
@@ -103,10 +102,14 @@ impl<'a> Assembly<'a> {
         input: TreeInput,
         cost: &(impl Fn(Item) -> f32 + Sync),
     ) -> (WideTree, f32) {
-        let vertices = |id: u32| self.primitives.triangle(&self.world, id);
-        match build::build(input.references, self.options) {
-            Some(tree) => layout::append_tree(trees, &tree, &vertices, cost),
-            None => (WideTree { root: None, depth: 0 }, 0.0),
-        }
+        let vertices = TriangleVertices { world: &self.world, primitives: &self.primitives };
+        let Some(tree) = build::build(input.references, input.extent, self.options, &vertices) else {
+            return (WideTree { root: None, depth: 0 }, 0.0);
+        };
+        layout::append_tree(trees, &tree, &vertices, cost).unwrap_or_else(|layout::TooLarge| {
+            let compact = build::build_compact(&tree);
+            let appended = layout::append_tree(trees, &compact, &vertices, cost);
+            appended.expect("full leaves of so many primitives have places for their rows")
+        })
     }
 }

@@ -96,6 +96,12 @@ impl Names {
         self.starts[geometry as usize]..self.starts[geometry as usize + 1]
     }
 
+    /// How many ids some geometries have, those that do not exist having none.
+    pub(crate) fn count(&self, geometries: &[u32]) -> usize {
+        let exists = |geometry: &&u32| (**geometry as usize) < self.shapes.len();
+        geometries.iter().filter(exists).map(|&geometry| self.ids(geometry).len()).sum()
+    }
+
     pub(crate) fn shape(&self, geometry: u32) -> Option<&Shape> {
         self.shapes.get(geometry as usize)
     }

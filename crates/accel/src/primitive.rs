@@ -8,19 +8,23 @@ use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
+use crate::kernel::BLOCK_WIDTH;
+use crate::layout::Vertices;
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
 use crate::world::{Geometry, PatchMesh, TriangleMesh, World};
 
-/// Primitives beyond this count are dropped: references in nodes hold their place in 29 bits, and the places of
-/// [`crate::layout`] count rows.
+/// Primitives beyond this count are dropped: in full leaves, there are places for the rows of so many, see [`crate::layout`].
 const MAX_PRIMITIVES: usize = 1 << 27;
 
 /// Primitives that reach beyond this coordinate are dropped as if it were infinite: the tests square coordinates in `f32`.
 const MAX_COORDINATE: f32 = 1e18;
 
 /// How many primitives one task prepares.
-const CHUNK: usize = 1 << 14;
+const CHUNK: usize = 1 << 12;
+
+/// How many primitives are prepared before their extent is found.
+const PORTION: usize = 1 << 15;
 
 /// A primitive that a tree holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,10 +109,13 @@ impl Primitives {
     ///
     /// Indices out of range and repeated ones are left out; the former are counted.
     pub(crate) fn collect(&mut self, world: &World, geometries: &[u32]) -> TreeInput {
-        let mut input = TreeInput { references: Vec::new(), extent: Extent::EMPTY };
         let mut sorted = geometries.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
+        // With room for parts: to grow would mean to copy.
+        let capacity = self.names.count(&sorted).min(self.space());
+        let references = Vec::with_capacity(capacity + capacity / 8);
+        let mut input = TreeInput { references, extent: Extent::EMPTY };
         for index in sorted {
             let start = input.references.len();
             match world.geometries.get(index as usize) {
@@ -149,14 +156,14 @@ impl Primitives {
             let usable = vertices(&mesh.positions, *indices).filter(has_area);
             usable.map_or(Reference::NONE, |vertices| Reference::around(vertices, item))
         };
-        let indices = mesh.indices[..count].par_iter().with_min_len(CHUNK).enumerate();
-        let start = input.references.len();
-        if start == 0 {
-            indices.map(prepare).collect_into_vec(&mut input.references);
-        } else {
-            input.references.par_extend(indices.map(prepare));
+        // In portions that stay in the cache while their extent is found.
+        for (portion, indices) in (0..).zip(mesh.indices[..count].chunks(PORTION)) {
+            let start = input.references.len();
+            let indices = indices.par_iter().with_min_len(CHUNK).enumerate();
+            let with_offset = indices.map(|(offset, indices)| (portion * PORTION + offset, indices));
+            input.references.par_extend(with_offset.map(prepare));
+            self.dropped += input.admit(start);
         }
-        self.dropped += input.admit(start);
     }
 
     fn collect_patches(&mut self, geometry: u32, mesh: &PatchMesh, input: &mut TreeInput) {
@@ -209,14 +216,22 @@ impl Primitives {
             _ => self.dropped += 1,
         }
     }
+}
 
-    /// The vertices of a triangle, or of half a planar patch. Ids are given to those that have them; NaN, which nothing
-    /// hits, stands for what cannot be.
-    #[inline]
-    pub(crate) fn triangle(&self, world: &World, id: u32) -> [Vec3; 3] {
-        let name = self.name(id);
+/// The vertices of the triangles of a world. Ids are given to those that have them; NaN, which nothing hits, stands for what
+/// cannot be.
+pub(crate) struct TriangleVertices<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) primitives: &'a Primitives,
+}
+
+const NO_TRIANGLE: [Vec3; 3] = [Vec3::splat(f32::NAN); 3];
+
+impl Vertices for TriangleVertices<'_> {
+    fn triangle(&self, id: u32) -> [Vec3; 3] {
+        let name = self.primitives.name(id);
         let primitive = name.primitive as usize;
-        let found = match world.geometries.get(name.geometry as usize) {
+        let found = match self.world.geometries.get(name.geometry as usize) {
             Some(Geometry::Triangles(mesh)) => {
                 mesh.indices.get(primitive).and_then(|&indices| vertices(&mesh.positions, indices))
             }
@@ -225,7 +240,27 @@ impl Primitives {
                 .map(|corners| patch::halves(&corners)[usize::from(name.is_upper())]),
             _ => None,
         };
-        found.unwrap_or([Vec3::splat(f32::NAN); 3])
+        found.unwrap_or(NO_TRIANGLE)
+    }
+
+    /// All indices first, then all positions, so that the processor waits for many of them at a time.
+    fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
+        let mut corners = [(&[] as &[Vec3], [0; 3]); BLOCK_WIDTH];
+        for (corners, &id) in corners.iter_mut().zip(ids) {
+            let name = self.primitives.name(id);
+            if let Some(Geometry::Triangles(mesh)) = self.world.geometries.get(name.geometry as usize)
+                && let Some(&indices) = mesh.indices.get(name.primitive as usize)
+            {
+                *corners = (&mesh.positions, indices);
+            }
+        }
+        for ((triangle, &id), (positions, [a, b, c])) in found.iter_mut().zip(ids).zip(corners) {
+            let vertex = |index: u32| positions.get(index as usize).copied();
+            *triangle = match (vertex(a), vertex(b), vertex(c)) {
+                (Some(a), Some(b), Some(c)) => [a, b, c],
+                _ => self.triangle(id),
+            };
+        }
     }
 }
 
@@ -282,7 +317,7 @@ impl Primitives {
     #[inline]
     pub(crate) fn patch_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let curved = &self.patches[place as usize];
-        patch::intersect(&ray.ray(), &ray.shear(), &curved.corners).map(|hit| Candidate {
+        patch::intersect(ray.ray(), ray.shear(), &curved.corners).map(|hit| Candidate {
             t: hit.t,
             id: curved.id,
             weights: [hit.u, hit.v],
@@ -293,6 +328,6 @@ impl Primitives {
     #[inline]
     pub(crate) fn quadric_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let quadric = &self.quadrics[place as usize];
-        quadric.intersect(&ray.ray()).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
+        quadric.intersect(ray.ray()).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
     }
 }

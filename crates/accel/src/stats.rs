@@ -8,14 +8,14 @@ pub struct Stats {
     /// Primitives that were left out: not finite, without surface, with an index out of range; geometries and
     /// groups that do not exist.
     pub dropped: u64,
-    /// Nodes, each with up to four children; zero for the brute-force list.
+    /// Nodes, each with up to eight children; zero for the brute-force list.
     pub nodes: u64,
-    /// Leaves.
+    /// Leaves: blocks of up to eight triangles, and single other primitives. A triangle that was cut stands in several.
     pub leaves: u64,
     /// Nodes on the longest way from a root to a leaf.
     pub depth: u32,
-    /// The expected cost of a random ray that meets the world's box, in box and primitive tests, for the binary tree
-    /// from which the nodes were made. An instance costs one more than its group. Zero for the brute-force list.
+    /// The expected cost of a random ray that meets the world's box, in visits of nodes and tests of blocks, which count
+    /// the same. A primitive that is no triangle counts twice, an instance one more than its group. Zero for the brute-force list.
     ///
     /// Source: MacDonald, Booth, *Heuristics for Ray Tracing Using Space Subdivision*, The Visual Computer 6(3), 1990.
     pub sah_cost: f32,

@@ -135,6 +135,9 @@ fn packets_of_rays_that_do_not_belong_together() {
     }
 }
 
+/// A query for the nearest hits of many rays.
+type NearestQuery = fn(&Accel, &[Ray], &mut [Option<Hit>]);
+
 #[test]
 fn slices_of_different_lengths() {
     let world = shells();
@@ -143,9 +146,7 @@ fn slices_of_different_lengths() {
     let expected = alone(&accel, &rays);
     for (some, places) in [(0, 100), (100, 0), (30, 100), (100, 30), (65, 66), (1, 64)] {
         let common = some.min(places);
-        let queries: [fn(&Accel, &[Ray], &mut [Option<Hit>]); 2] =
-            [Accel::intersect_batch, Accel::intersect_coherent];
-        for query in queries {
+        for query in [Accel::intersect_batch as NearestQuery, Accel::intersect_coherent] {
             let mut hits = vec![STALE; places];
             query(&accel, &rays[..some], &mut hits);
             assert!(hits[..common].iter().map(|&hit| bits(hit)).eq(expected[..common].iter().copied()));

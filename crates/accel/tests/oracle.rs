@@ -72,6 +72,25 @@ fn the_largest_and_the_smallest_scales() {
 }
 
 #[test]
+fn directions_whose_reciprocals_leave_the_range() {
+    let mut random = Random(5);
+    let world = world_of(vec![Geometry::Triangles(soup(&mut random, 200, 0.4))]);
+    // Origins so near zero that the ray leaves them along an axis by less than the smallest normal number.
+    let rays: Vec<Ray> = (0..2000)
+        .map(|i| {
+            let mut ray = Ray::new(random.point(1.0), random.direction());
+            let axis = i % 3;
+            ray.direction[axis] = random.range(-1e-38, 1e-38);
+            if i % 2 == 0 {
+                ray.origin[axis] = random.range(-1e-38, 1e-38);
+            }
+            ray
+        })
+        .collect();
+    assert!(compare(&world, &rays) > 500);
+}
+
+#[test]
 fn camera_rays_of_every_query() {
     let mut random = Random(7);
     let world = zoo(&mut random);
@@ -80,8 +99,8 @@ fn camera_rays_of_every_query() {
     mesh.world.push(1);
     for (world, width) in [(world, 3.0), (mesh, 5.0)] {
         for origin in [Vec3::new(3.0, 2.0, 4.0), Vec3::new(0.1, 0.1, -5.0), Vec3::new(0.01, 0.02, 0.03)] {
-            let rays = camera_rays(origin, Vec3::new(0.1, 0.0, 0.2), 4, width);
-            assert!(compare(&world, &rays) > 300);
+            let rays = camera_rays(origin, Vec3::new(0.1, 0.0, 0.2), 2, width);
+            assert!(compare(&world, &rays) > 80);
         }
     }
 }

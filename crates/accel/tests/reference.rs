@@ -60,13 +60,12 @@ fn moller_trumbore(ray: &Ray, vertices: [Vec3; 3]) -> Verdict {
     let s = sub([0.0; 3], p0);
     let (b1, q) = (dot(s, p) / determinant, cross(s, e1));
     let (b2, t) = (dot(direction, q) / determinant, dot(e2, q) / determinant);
-    let t_error = reach / longest
-        * ROUNDOFF
-        * (16.0 + 450.0 * reach * reach * longest / determinant.abs());
+    let t_error = reach / longest * ROUNDOFF * (16.0 + 450.0 * reach * reach * longest / determinant.abs());
     let margin = b1.min(b2).min(1.0 - b1 - b2);
     let (after, before) = (t - f64::from(ray.t_min), f64::from(ray.t_max) - t);
-    // Not a number where the triangle is seen edge-on.
-    if !(margin.abs() > edge_error) {
+    // Not a number where the triangle is seen edge-on: then it is not clear either.
+    let is_clear = margin.abs() > edge_error;
+    if !is_clear {
         // Even so it is missed if it lies behind.
         let behind = [p0, p1, p2].iter().all(|&p| dot(p, direction) < 0.0);
         return if behind { Verdict::Miss } else { Verdict::Unclear };
@@ -114,7 +113,11 @@ fn check(mesh: &TriangleMesh, rays: &[Ray]) -> [usize; 2] {
                 assert_eq!(found, expected.map(|(primitive, ..)| primitive), "{options:?} {ray:?}");
                 if let (Some(hit), Some((_, t, error))) = (hit, expected) {
                     let off = (f64::from(hit.t) - t).abs();
-                    assert!(off <= *error, "{options:?} {ray:?}: {} is off by {off:e}, beyond {error:e}", hit.t);
+                    assert!(
+                        off <= *error,
+                        "{options:?} {ray:?}: {} is off by {off:e}, beyond {error:e}",
+                        hit.t
+                    );
                 }
             }
         }

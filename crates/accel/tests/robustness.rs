@@ -34,11 +34,11 @@ fn a_hundred_thousand_identical_triangles() {
     let world = world_of(vec![Geometry::Triangles(mesh)]);
     assert!(depth(&world) < 12);
     let mut rays = camera_rays(Vec3::new(0.3, 0.2, 2.0), Vec3::new(0.3, 0.3, 0.0), 1, 0.5);
-    rays.truncate(20);
-    rays.extend(rays_at(&mut Random(1), &loose_triangles(positions.to_vec()), 10, 1.0));
+    rays.truncate(6);
+    rays.extend(rays_at(&mut Random(1), &loose_triangles(positions.to_vec()), 4, 1.0));
     let oracle = build(&world, Builder::BruteForce);
     let expected: Vec<Option<Hit>> = rays.iter().map(|ray| oracle.intersect(ray)).collect();
-    assert!(expected.iter().flatten().all(|hit| hit.primitive == 0) && expected.iter().flatten().count() > 8);
+    assert!(expected.iter().flatten().all(|hit| hit.primitive == 0) && expected.iter().flatten().count() > 4);
     for (options, accel) in every_accel(&world) {
         assert_eq!(accel.stats().primitives, 100_000);
         check_queries(&format!("{options:?}"), &accel, &rays, &expected);
@@ -56,7 +56,9 @@ fn triangles_within_triangles() {
         let world = triangles(positions);
         depth(&world);
         let mut aimed: Vec<Ray> = (0..200)
-            .map(|i| Ray::new(Vec3::new(0.1, 0.2, 2.0), corner[i % 3] * 0.93_f32.powi(i as i32) - Vec3::Z * 2.0))
+            .map(|i| {
+                Ray::new(Vec3::new(0.1, 0.2, 2.0), corner[i % 3] * 0.93_f32.powi(i as i32) - Vec3::Z * 2.0)
+            })
             .collect();
         aimed.extend(rays(&mut Random(2), 200, 1.2));
         assert!(agree(&world, &aimed) > 100);
@@ -65,7 +67,8 @@ fn triangles_within_triangles() {
 
 #[test]
 fn distances_that_grow_exponentially() {
-    for (base, count, flat) in [(1.15_f32, 240, false), (1.5, 64, false), (2.0, 80, true), (1.02, 900, true)] {
+    for (base, count, flat) in [(1.15_f32, 240, false), (1.5, 64, false), (2.0, 80, true), (1.02, 900, true)]
+    {
         let mut positions = Vec::new();
         for i in 0..count {
             let x = 1e-6 * base.powi(i);
@@ -98,16 +101,17 @@ fn trees_too_deep_for_a_small_stack() {
     geometries.push(Geometry::Triangles(soup(&mut random, 200, 0.01)));
     let all: Vec<u32> = (0..91).collect();
     let moved = |x: f64| Transform::translate(x, 0.1, 0.2).expect("a regular matrix");
-    let instances = (0..30).map(|i| Instance { group: 0, to_world: moved(f64::from(i).exp2() * 1e-6) }).collect();
+    let instances =
+        (0..30).map(|i| Instance { group: 0, to_world: moved(f64::from(i).exp2() * 1e-6) }).collect();
     let world = World { world: all.clone(), groups: vec![all], instances, geometries };
     assert!(depth(&world) > 7, "{}", depth(&world));
-    let mut rays = rays(&mut random, 600, 2.0);
-    rays.extend((0..200).map(|i| {
+    let mut rays = rays(&mut random, 300, 2.0);
+    rays.extend((0..100).map(|i| {
         let target = Vec3::new(1.1_f32.powi(i % 100) * 1e-5, 0.0, 0.0);
         Ray::new(Vec3::new(-0.5, 0.3, 0.2), target - Vec3::new(-0.5, 0.3, 0.2))
     }));
-    rays.extend(camera_rays(Vec3::new(-1.0, 0.3, 0.5), Vec3::new(0.2, 0.0, 0.0), 2, 2.0));
-    assert!(compare(&world, &rays) > 300);
+    rays.extend(camera_rays(Vec3::new(-1.0, 0.3, 0.5), Vec3::new(0.2, 0.0, 0.0), 1, 2.0));
+    assert!(compare(&world, &rays) > 50);
 }
 
 #[test]
@@ -146,7 +150,8 @@ fn what_is_not_finite_or_out_of_range_is_dropped() {
         }
     }
     let last = positions.len() as u32;
-    let mut faces: Vec<[u32; 3]> = (4..last).flat_map(|bad| [[bad, 0, 1], [1, bad, 2], [2, 3, bad]]).collect();
+    let mut faces: Vec<[u32; 3]> =
+        (4..last).flat_map(|bad| [[bad, 0, 1], [1, bad, 2], [2, 3, bad]]).collect();
     faces.extend([[0, 1, last], [u32::MAX, 1, 2], [0, 1, 1], [3, 3, 3]]);
     let bad = faces.len() as u64;
     // Good ones between them.

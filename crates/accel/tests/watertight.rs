@@ -15,8 +15,10 @@ const SCALES: [f32; 3] = [1e-3, 1.0, 1e4];
 fn check(what: &str, world: &World, (builder, body): (Builder, &Body), aim: Aim, count: u64) {
     let curved = what.contains("curved");
     for (number, tier) in tiers().enumerate() {
-        let accel =
-            Accel::build(world.clone(), &BuildOptions { builder, tier: Some(tier), ..BuildOptions::default() });
+        let accel = Accel::build(
+            world.clone(),
+            &BuildOptions { builder, tier: Some(tier), ..BuildOptions::default() },
+        );
         for queries in Queries::ALL {
             let volley = Volley { aim, queries, count: count / (3 * tiers().count() as u64), curved };
             let tally = shoot(&accel, body, &volley, &mut Random(7 + number as u64));

@@ -4,17 +4,26 @@
 //! The tree is a function of the input alone: nodes stand in depth-first order, whoever wrote them, and bins are merged by
 //! minimum, maximum and integer sums, which no order changes.
 
-mod binned_sah;
+mod bins;
+mod clip;
 mod median;
 mod reference;
+mod reinsertion;
+mod sah;
+mod spatial;
 mod split;
 mod sweep;
 
 use sahl_math::Bounds3;
 
-use crate::kernel::{BLOCK_WIDTH, Tier};
+use crate::kernel::{BLOCK_WIDTH, Machine};
+use crate::layout::Vertices;
 use crate::options::{BuildOptions, Builder};
+
+use bins::Binning;
 pub(crate) use reference::{Box8, Extent, Reference};
+use reinsertion::Effort;
+use spatial::Cutting;
 
 /// No leaf lies deeper below the root. A split that would leave one side too many primitives for balanced splits to
 /// finish within the bound is replaced by a balanced one.
@@ -77,17 +86,39 @@ impl BinaryNode {
     }
 }
 
-/// Builds a tree; `None` over no primitives, and for the brute-force list, which has no tree.
-pub(crate) fn build(references: Vec<Reference>, options: &BuildOptions) -> Option<BinaryTree> {
+/// Builds a tree over references with this extent; `None` over none, and for the brute-force list, which has no tree.
+pub(crate) fn build(
+    references: Vec<Reference>,
+    extent: Extent,
+    options: &BuildOptions,
+    vertices: &impl Vertices,
+) -> Option<BinaryTree> {
     if references.is_empty() {
         return None;
     }
-    let tier = options.tier.filter(|tier| tier.is_available()).unwrap_or_else(Tier::detect);
-    match options.builder {
-        Builder::Median => Some(median::build(references)),
-        Builder::BinnedSah => Some(binned_sah::build(references, options.bins, tier)),
-        Builder::BruteForce => None,
-    }
+    let binning = Binning::new(options.bins, Machine::choose(options.tier));
+    let (cutting, effort) = match options.builder {
+        Builder::BruteForce => return None,
+        Builder::Median => return Some(median::build(references, extent)),
+        Builder::BinnedSah => (Cutting::DEFAULT, Effort::DEFAULT),
+        Builder::HighQuality => (Cutting::HIGH, Effort::HIGH),
+    };
+    let mut tree = spatial::build(references, extent, binning, cutting, vertices);
+    reinsertion::optimize(&mut tree, effort);
+    Some(tree)
+}
+
+/// A tree with leaves as full as can be over what another holds, for when that has too many of them.
+pub(crate) fn build_compact(tree: &BinaryTree) -> BinaryTree {
+    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
+    let mut parts: Vec<Reference> = leaves.flat_map(|leaf| &tree.references[leaf.range()]).copied().collect();
+    parts.sort_unstable_by_key(Reference::key);
+    let references: Vec<Reference> = parts
+        .chunk_by(|a, b| a.key() == b.key())
+        .map(|parts| parts[1..].iter().fold(parts[0], |whole, part| whole.joined(part)))
+        .collect();
+    let extent = Extent::of(&references);
+    median::build(references, extent)
 }
 
 #[cfg(test)]

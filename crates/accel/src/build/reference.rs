@@ -6,7 +6,7 @@ use crate::kernel::{Isa, Lanes, Row};
 use crate::primitive::Item;
 
 /// A box as eight lanes: the smallest x, y, z, then, from lane 4, the negated largest ones. The union of two is then a
-/// single minimum. Box8 3 and 7 are free.
+/// single minimum. Lanes 3 and 7 are free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub(crate) struct Box8(Row);
@@ -46,6 +46,61 @@ impl Box8 {
         std::array::from_fn(|lane| self.0.0[lane] - self.0.0[lane + 4])
     }
 
+    /// The box with all coordinates doubled.
+    pub(crate) fn doubled(self) -> Self {
+        Self(Row(self.0.0.map(|lane| 2.0 * lane)))
+    }
+
+    /// A box that holds one point.
+    #[inline(always)]
+    pub(crate) fn at(point: Vec3) -> Self {
+        Self::point([point.x, point.y, point.z, 0.0])
+    }
+
+    /// The part in both, with the free lanes of `other`.
+    #[inline(always)]
+    pub(crate) fn intersection(self, other: &Self) -> Self {
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
+        let mut both = Self(Row(std::array::from_fn(|lane| larger(self.0.0[lane], other.0.0[lane]))));
+        (both.0.0[3], both.0.0[7]) = (other.0.0[3], other.0.0[7]);
+        both
+    }
+
+    /// [`Self::intersection`], but for the free lanes, in code that is compiled for an instruction set.
+    #[inline(always)]
+    pub(crate) fn intersection_on<I: Isa>(&self, isa: I, other: &Self) -> Self {
+        Self(Row(isa.load(&self.0).max(isa.load(&other.0)).to_array()))
+    }
+
+    #[inline(always)]
+    pub(crate) fn row(&self) -> &Row {
+        &self.0
+    }
+
+    /// The box with its faces moved outwards by `distance` and a rounding.
+    pub(crate) fn widened(self, distance: f32) -> Self {
+        Self(Row(self.0.0.map(|lane| (lane - distance).next_down())))
+    }
+
+    /// The part below a plane.
+    pub(crate) fn below(mut self, axis: usize, position: f32) -> Self {
+        self.0.0[axis + 4] = self.0.0[axis + 4].max(-position);
+        self
+    }
+
+    /// The part above a plane.
+    pub(crate) fn above(mut self, axis: usize, position: f32) -> Self {
+        self.0.0[axis] = self.0.0[axis].max(position);
+        self
+    }
+
+    /// Whether the box holds no point.
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        // Negated, so that NaN counts as empty.
+        !(0..3).all(|axis| self.0.0[axis] <= -self.0.0[axis + 4])
+    }
+
     #[inline(always)]
     pub(crate) fn from_row(row: Row) -> Self {
         Self(row)
@@ -65,10 +120,22 @@ impl Box8 {
         Self(Row([x, y, z, w, -x, -y, -z, -w]))
     }
 
+    /// The least and the largest coordinate on an axis.
+    #[inline(always)]
+    pub(crate) fn range(&self, axis: usize) -> [f32; 2] {
+        [self.0.0[axis], -self.0.0[axis + 4]]
+    }
+
     /// Edge lengths.
     #[inline(always)]
     pub(crate) fn diagonal(&self) -> [f32; 3] {
         std::array::from_fn(|axis| -(self.0.0[axis] + self.0.0[axis + 4]))
+    }
+
+    /// The axis of the longest edge; the first of equals.
+    pub(crate) fn longest_axis(&self) -> usize {
+        let [x, y, z] = self.diagonal();
+        if x >= y && x >= z { 0 } else { 1 + usize::from(z > y) }
     }
 
     /// Half the surface area; infinite for [`Self::EMPTY`].
@@ -99,6 +166,19 @@ impl Reference {
         lanes.0.0[3] = f32::from_bits(place);
         lanes.0.0[7] = f32::from_bits(kind);
         Self(lanes)
+    }
+
+    /// The reference to a part whose box it is; the free lanes say what of.
+    #[inline(always)]
+    pub(crate) fn part(bounds: Box8) -> Self {
+        Self(bounds)
+    }
+
+    /// A reference to both of two parts of one primitive.
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        let mut bounds = self.0.union(other.0);
+        (bounds.0.0[3], bounds.0.0[7]) = (self.0.0.0[3], self.0.0.0[7]);
+        Self(bounds)
     }
 
     /// Stands for a primitive that is left out; neutral in an [`Extent`].
@@ -166,7 +246,7 @@ impl Reference {
     }
 }
 
-/// The boxes about a range of references and about their doubled middles.
+/// The boxes about a range of references and about their doubled middles; the latter may be larger than need be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     pub(crate) bounds: Box8,
@@ -175,6 +255,11 @@ pub(crate) struct Extent {
 
 impl Extent {
     pub(crate) const EMPTY: Self = Self { bounds: Box8::EMPTY, centers: Box8::EMPTY };
+
+    /// The extent of a range of which only the box is known: the centres may be anywhere in it.
+    pub(crate) fn around(bounds: Box8) -> Self {
+        Self { bounds, centers: bounds.doubled() }
+    }
 
     #[inline(always)]
     pub(crate) fn including(self, reference: &Reference) -> Self {

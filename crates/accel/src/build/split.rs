@@ -8,61 +8,122 @@ const PARALLEL_RECURSION: usize = 1 << 13;
 
 /// How a builder splits a range of at least two references.
 pub(super) trait Splitter: Sync {
-    /// Reorders the range and returns how many go to the left, with the extents of both sides; `None` for a leaf, which
-    /// is allowed for at most [`MAX_LEAF`] references.
-    fn split(&self, references: &mut [Reference], extent: &Extent) -> Option<Halves>;
+    /// Reorders the range and tells how; `None` for a leaf, which is allowed for at most [`MAX_LEAF`] references.
+    fn split(&self, range: &mut Range<'_>) -> Option<Halves>;
 }
 
-/// A range that was split.
+/// References to build a subtree over, and room for parts of them.
+pub(super) struct Range<'a> {
+    /// The references, those first that may be cut in two, and free slots behind them.
+    pub(super) slots: &'a mut [Reference],
+    /// How many references there are.
+    pub(super) count: usize,
+    /// How many of them may be cut in two.
+    pub(super) divisible: usize,
+    pub(super) extent: Extent,
+}
+
+/// A range that was split. The slots hold, one after the other: the divisible references of the left side, such of the
+/// right side, the other references of the left side, such of the right side, and then references that were added to the
+/// divisible ones of the right side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Halves {
-    pub(super) left_count: usize,
-    pub(super) left: Extent,
-    pub(super) right: Extent,
+    /// How many divisible references each side has, without those added.
+    pub(super) divisible: [usize; 2],
+    /// How many other references each side has.
+    pub(super) others: [usize; 2],
+    /// How many were added.
+    pub(super) added: usize,
+    pub(super) extents: [Extent; 2],
 }
 
-impl Halves {
-    /// The halves of a range that is already in order.
-    pub(super) fn of(references: &[Reference], left_count: usize) -> Self {
-        let (left, right) = references.split_at(left_count);
-        Self { left_count, left: Extent::of(left), right: Extent::of(right) }
+impl Range<'_> {
+    pub(super) fn references(&mut self) -> &mut [Reference] {
+        &mut self.slots[..self.count]
     }
 }
 
-/// Builds a tree over at least one primitive.
-pub(super) fn build_tree(mut references: Vec<Reference>, splitter: &impl Splitter) -> BinaryTree {
-    let extent = extent_of(&references);
-    let mut nodes = Vec::with_capacity(references.len() / 2);
-    Range { references: &mut references, first: 0, depth: 0, extent }.build(splitter, &mut nodes);
+impl Halves {
+    /// The halves of a range that is in order, none of whose references will be cut.
+    pub(super) fn of(references: &[Reference], left_count: usize) -> Self {
+        let (left, right) = references.split_at(left_count);
+        Self {
+            divisible: [0; 2],
+            others: [left.len(), right.len()],
+            added: 0,
+            extents: [Extent::of(left), Extent::of(right)],
+        }
+    }
+
+    /// How many references each side has.
+    pub(super) fn counts(&self) -> [usize; 2] {
+        let [left, right] = [0, 1].map(|side| self.divisible[side] + self.others[side]);
+        [left, right + self.added]
+    }
+
+    /// Moves the references so that the slots hold the left side, `free` free slots, and the right side, each with its
+    /// divisible references first.
+    fn arrange(&self, slots: &mut [Reference], free: usize) {
+        let [left, right] = self.divisible;
+        let [left_others, right_others] = self.others;
+        exchange(slots, left, right, left_others);
+        let start = left + left_others;
+        exchange(slots, start + right, right_others, self.added);
+        // The right side moves back by `free` slots. The first of its others make room and go to the end.
+        let right = right + self.added;
+        let moved = free.min(right_others);
+        let first_other = start + right;
+        slots.copy_within(first_other..first_other + moved, first_other + right_others.max(free));
+        slots.copy_within(start..first_other, start + free);
+    }
+}
+
+/// Exchanges two neighbouring groups, the first of which starts at `start`. The order within a group is not kept.
+fn exchange(slots: &mut [Reference], start: usize, first: usize, second: usize) {
+    let few = first.min(second);
+    let (front, back) = slots[start..start + first + second].split_at_mut(first + second - few);
+    front[..few].swap_with_slice(back);
+}
+
+/// Builds a tree over at least one primitive, none of which is cut.
+pub(super) fn build_tree(
+    mut references: Vec<Reference>,
+    extent: Extent,
+    splitter: &impl Splitter,
+) -> BinaryTree {
+    let count = references.len();
+    let nodes = build_nodes(Range { slots: &mut references, count, divisible: 0, extent }, splitter);
     BinaryTree { nodes, references }
 }
 
-/// [`Extent::of`] on all cores.
-fn extent_of(references: &[Reference]) -> Extent {
-    use rayon::prelude::*;
-    references.par_chunks(1 << 14).map(Extent::of).reduce(|| Extent::EMPTY, Extent::union)
+/// The nodes of a tree.
+pub(super) fn build_nodes(range: Range<'_>, splitter: &impl Splitter) -> Vec<BinaryNode> {
+    let mut nodes = Vec::with_capacity(range.count / 2);
+    Task { range, first: 0, depth: 0 }.build(splitter, &mut nodes);
+    nodes
 }
 
-/// A range of references to build a subtree over.
-struct Range<'a> {
-    references: &'a mut [Reference],
-    /// The place of the first reference among those of the tree.
+/// A subtree to build.
+struct Task<'a> {
+    range: Range<'a>,
+    /// The place of the first slot among those of the tree.
     first: usize,
     depth: u32,
-    extent: Extent,
 }
 
-impl<'a> Range<'a> {
+impl<'a> Task<'a> {
     /// Appends the subtree to `nodes`.
     fn build(mut self, splitter: &impl Splitter, nodes: &mut Vec<BinaryNode>) {
-        let count = self.references.len();
-        let halves = if count > 1 { splitter.split(self.references, &self.extent) } else { None };
+        let count = self.range.count;
+        let bounds = self.range.extent.bounds.bounds();
+        self.keep_depth_for_cuts();
+        let halves = if count > 1 { splitter.split(&mut self.range) } else { None };
         let Some(halves) = halves.or_else(|| self.separate_kinds()) else {
-            nodes.push(BinaryNode::leaf(self.extent.bounds.bounds(), self.first, count));
+            nodes.push(BinaryNode::leaf(bounds, self.first, count));
             return;
         };
         let place = nodes.len();
-        nodes.push(BinaryNode::inner(self.extent.bounds.bounds()));
+        nodes.push(BinaryNode::inner(bounds));
         let [left, right] = self.halve(halves);
         if count >= PARALLEL_RECURSION {
             let mut appended = Vec::new();
@@ -78,38 +139,58 @@ impl<'a> Range<'a> {
         }
     }
 
-    fn halve(self, halves: Halves) -> [Range<'a>; 2] {
+    /// Where the depth is nearly used up nothing is cut, so that balanced splits can end within the bound.
+    fn keep_depth_for_cuts(&mut self) {
+        let range = &mut self.range;
+        if range.divisible > 0 && self.depth + 2 + balanced_depth(range.slots.len()) > MAX_DEPTH {
+            range.divisible = 0;
+        }
+    }
+
+    fn halve(self, halves: Halves) -> [Self; 2] {
         let halves = self.within_depth(halves);
-        let (left, right) = self.references.split_at_mut(halves.left_count);
-        let depth = self.depth + 1;
-        let first = self.first + halves.left_count;
+        let [left, right] = halves.counts();
+        let [left_divisible, right_divisible] = [halves.divisible[0], halves.divisible[1] + halves.added];
+        // Free slots are shared out in proportion to what may need them.
+        let free = (self.range.slots.len() - left - right) as u64;
+        let divisible = (left_divisible + right_divisible).max(1) as u64;
+        let left_free = (free * left_divisible as u64 / divisible) as usize;
+        halves.arrange(self.range.slots, left_free);
+        let (left_slots, right_slots) = self.range.slots.split_at_mut(left + left_free);
+        let side = |slots, count, divisible, extent, first| Task {
+            range: Range { slots, count, divisible, extent },
+            first,
+            depth: self.depth + 1,
+        };
+        let right_first = self.first + left_slots.len();
+        let [left_extent, right_extent] = halves.extents;
         [
-            Range { references: left, first: self.first, depth, extent: halves.left },
-            Range { references: right, first, depth, extent: halves.right },
+            side(left_slots, left, left_divisible, left_extent, self.first),
+            side(right_slots, right, right_divisible, right_extent, right_first),
         ]
     }
 
     /// The halves, or two of equal size where one is too large for balanced splits to end above [`MAX_DEPTH`].
     fn within_depth(&self, halves: Halves) -> Halves {
-        let count = self.references.len();
-        let larger = halves.left_count.max(count - halves.left_count);
-        if self.depth + 1 + balanced_depth(larger) <= MAX_DEPTH {
+        let [left, right] = halves.counts();
+        if self.depth + 1 + balanced_depth(left.max(right)) <= MAX_DEPTH {
             return halves;
         }
-        Halves::of(self.references, count.div_ceil(2))
+        Halves::of(&self.range.slots[..left + right], (left + right).div_ceil(2))
     }
 
     /// Splits a range that would be a leaf, unless it holds triangles only or one other primitive: triangles apart from the
     /// others, and these in the middle.
     fn separate_kinds(&mut self) -> Option<Halves> {
-        let count = self.references.len();
-        debug_assert!(count <= MAX_LEAF, "a leaf of {count} references");
-        if count <= 1 || self.references.iter().all(Reference::is_triangle) {
+        let references = self.range.references();
+        debug_assert!(references.len() <= MAX_LEAF, "a leaf of {} references", references.len());
+        if references.len() <= 1 || references.iter().all(Reference::is_triangle) {
             return None;
         }
-        self.references.sort_unstable_by_key(Reference::key);
-        let triangles = self.references.partition_point(Reference::is_triangle);
-        Some(Halves::of(self.references, if triangles > 0 { triangles } else { count.div_ceil(2) }))
+        references.sort_unstable_by_key(Reference::key);
+        let triangles = references.partition_point(Reference::is_triangle);
+        let left_count = if triangles > 0 { triangles } else { references.len().div_ceil(2) };
+        Some(Halves::of(references, left_count))
     }
 }
 

@@ -1,6 +1,7 @@
 use sahl_math::{Bounds3, Vec3};
 
 use super::*;
+use crate::kernel::Tier;
 use crate::primitive::Item;
 
 fn boxes(centers: &[Vec3], half: f32) -> Vec<Bounds3> {
@@ -24,7 +25,27 @@ fn options(builder: Builder) -> BuildOptions {
     BuildOptions { builder, ..BuildOptions::default() }
 }
 
-const TREES: [Builder; 2] = [Builder::Median, Builder::BinnedSah];
+const TREES: [Builder; 3] = [Builder::Median, Builder::BinnedSah, Builder::HighQuality];
+
+/// Triangles that fill their boxes.
+struct Diagonals<'a>(&'a [Bounds3]);
+
+impl Vertices for Diagonals<'_> {
+    fn triangle(&self, id: u32) -> [Vec3; 3] {
+        let Bounds3 { min, max } = self.0[id as usize];
+        [min, max, Vec3::new(max.x, min.y, min.z)]
+    }
+}
+
+fn tree_of(input: &[Reference], options: &BuildOptions, vertices: &impl Vertices) -> BinaryTree {
+    build(input.to_vec(), Extent::of(input), options, vertices).expect("there are primitives")
+}
+
+/// What the leaves hold, from left to right.
+fn in_leaves(tree: &BinaryTree) -> impl Iterator<Item = &Reference> {
+    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
+    leaves.flat_map(|leaf| &tree.references[leaf.range()])
+}
 
 /// Checks the shape of a tree and returns its depth.
 fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
@@ -52,6 +73,7 @@ fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
         }
     }
     found.sort_unstable();
+    found.dedup();
     assert!(found == missing, "the tree holds something else than it was built over");
     assert_eq!(visited, tree.nodes.len(), "a node hangs nowhere");
     assert!(deepest <= MAX_DEPTH, "{deepest}");
@@ -59,7 +81,7 @@ fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
 }
 
 fn built(builder: Builder, bounds: &[Bounds3]) -> BinaryTree {
-    build(triangles(bounds), &options(builder)).expect("there are primitives")
+    tree_of(&triangles(bounds), &options(builder), &Diagonals(bounds))
 }
 
 fn depth(builder: Builder, bounds: &[Bounds3]) -> u32 {
@@ -74,7 +96,7 @@ fn trees_hold_everything_once_in_tight_boxes() {
             assert!(depth(builder, &bounds) < 30);
         }
     }
-    assert!(build(Vec::new(), &options(Builder::BinnedSah)).is_none());
+    assert!(build(Vec::new(), Extent::EMPTY, &options(Builder::BinnedSah), &Diagonals(&[])).is_none());
 }
 
 #[test]
@@ -96,7 +118,7 @@ fn the_depth_is_bounded_where_each_split_takes_one_off() {
         depth(builder, &bounds);
     }
     let few_bins = BuildOptions { bins: 2, ..BuildOptions::default() };
-    check(&build(triangles(&bounds), &few_bins).expect("primitives"), &triangles(&bounds));
+    check(&tree_of(&triangles(&bounds), &few_bins, &Diagonals(&bounds)), &triangles(&bounds));
 }
 
 #[test]
@@ -122,36 +144,34 @@ fn leaves_hold_one_kind() {
     let input: Vec<Reference> =
         bounds.iter().zip(0..).map(|(bounds, i)| Reference::new(bounds, item(i))).collect();
     for builder in TREES {
-        let tree = build(input.clone(), &options(builder)).expect("there are primitives");
+        let tree = tree_of(&input, &options(builder), &Diagonals(&bounds));
         check(&tree, &input);
-        let mut items: Vec<u32> = tree.references.iter().map(|one| one.place()).collect();
-        assert!(tree.references.iter().all(|one| one.item() == item(one.place())));
+        let mut items: Vec<u32> = in_leaves(&tree).map(Reference::place).collect();
+        assert!(in_leaves(&tree).all(|one| one.item() == item(one.place())));
         items.sort_unstable();
+        items.dedup();
         assert!(items.into_iter().eq(0..700));
     }
 }
 
 #[test]
 fn the_tree_depends_on_neither_threads_nor_instruction_set() {
-    let bounds = boxes(&scattered(200_000), 0.001);
+    let mut bounds = boxes(&scattered(100_000), 0.001);
+    bounds.extend(boxes(&scattered(2000), 0.1));
     for builder in TREES {
-        let tree_of = |threads, tier| {
+        let tree_by = |threads, tier| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let options = BuildOptions { tier: Some(tier), ..options(builder) };
-            let tree = pool.install(|| build(triangles(&bounds), &options)).expect("there are primitives");
-            let order: Vec<_> = tree.references.iter().map(Reference::key).collect();
+            let tree = pool.install(|| tree_of(&triangles(&bounds), &options, &Diagonals(&bounds)));
+            let order: Vec<_> = in_leaves(&tree).map(Reference::key).collect();
             (tree, order)
         };
-        let first = tree_of(1, Tier::Scalar);
+        let first = tree_by(1, Tier::Scalar);
         check(&first.0, &triangles(&bounds));
-        for threads in [1, 2, 5] {
-            for tier in Tier::ALL.into_iter().filter(|tier| tier.is_available()) {
-                let other = tree_of(threads, tier);
-                assert!(
-                    first.0.nodes == other.0.nodes && first.1 == other.1,
-                    "{builder:?} {threads} {tier:?}"
-                );
-            }
+        let tiers = Tier::ALL.into_iter().filter(|tier| tier.is_available()).map(|tier| (1, tier));
+        for (threads, tier) in tiers.chain([(2, Tier::detect()), (5, Tier::detect())]) {
+            let other = tree_by(threads, tier);
+            assert!(first.0.nodes == other.0.nodes && first.1 == other.1, "{builder:?} {threads} {tier:?}");
         }
     }
 }
@@ -171,4 +191,75 @@ fn the_heuristic_pays_off_on_uneven_sizes() {
         |builder| built(builder, &bounds).nodes.iter().map(|node| node.bounds.half_area()).sum::<f32>();
     let (median, sah) = (cost(Builder::Median), cost(Builder::BinnedSah));
     assert!(sah < 0.8 * median, "SAH {sah}, median {median}");
+}
+
+/// Small triangles with a few large and long ones through them.
+fn uneven_soup() -> Vec<[Vec3; 3]> {
+    let centers = scattered(6000);
+    let triangle = |(i, c): (usize, &[Vec3])| {
+        let size = if i % 100 == 0 { 1.0 } else { 0.01 };
+        let middle = Vec3::new(0.5, 0.15, 2.5);
+        [0, 1, 2].map(|k| c[0] + (c[k] - middle) * size)
+    };
+    centers.chunks_exact(3).enumerate().map(triangle).collect()
+}
+
+/// A point of a triangle by two of its barycentric weights.
+fn point_of(triangle: [Vec3; 3], u: f64, v: f64) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let [a, b, c] = triangle.map(|vertex| f64::from(vertex[axis]));
+        a + (b - a) * u + (c - a) * v
+    })
+}
+
+/// Whether a box contains a point, but for the rounding of the point itself.
+fn contains(bounds: &Bounds3, point: [f64; 3]) -> bool {
+    (0..3).all(|axis| {
+        let range = f64::from(bounds.min[axis]) - 1e-14..=f64::from(bounds.max[axis]) + 1e-14;
+        range.contains(&point[axis])
+    })
+}
+
+#[test]
+fn the_parts_of_cut_triangles_cover_them() {
+    let soup = uneven_soup();
+    let bounds: Vec<Bounds3> = soup.iter().map(|triangle| Bounds3::from_points(*triangle)).collect();
+    let input = triangles(&bounds);
+    for builder in [Builder::BinnedSah, Builder::HighQuality] {
+        let tree = tree_of(&input, &options(builder), &|id: u32| soup[id as usize]);
+        check(&tree, &input);
+        let mut parts = vec![Vec::new(); soup.len()];
+        for reference in in_leaves(&tree) {
+            parts[reference.place() as usize].push(reference.bounds().bounds());
+        }
+        let added: usize = parts.iter().map(|parts| parts.len() - 1).sum();
+        assert!((20..soup.len() / 2).contains(&added), "{builder:?} {added} parts");
+        for (triangle, parts) in soup.iter().zip(&parts) {
+            let [a, b, c] = *triangle;
+            for i in 0..=12 {
+                for j in 0..=12 - i {
+                    let point = point_of([a, b, c], f64::from(i) / 12.0, f64::from(j) / 12.0);
+                    assert!(parts.iter().any(|part| contains(part, point)), "{builder:?} {point:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn compact_trees_have_full_leaves_of_whole_triangles() {
+    let soup = uneven_soup();
+    let bounds: Vec<Bounds3> = soup.iter().map(|triangle| Bounds3::from_points(*triangle)).collect();
+    let input = triangles(&bounds);
+    let tree = tree_of(&input, &options(Builder::HighQuality), &|id: u32| soup[id as usize]);
+    assert!(in_leaves(&tree).count() > soup.len());
+    let compact = build_compact(&tree);
+    check(&compact, &input);
+    assert_eq!(in_leaves(&compact).count(), soup.len());
+    let leaves = compact.nodes.iter().filter(|node| node.is_leaf()).count();
+    assert!(leaves * MAX_LEAF <= 2 * soup.len(), "{leaves} leaves");
+    for reference in in_leaves(&compact) {
+        let (whole, tight) = (reference.bounds().bounds(), bounds[reference.place() as usize]);
+        assert_eq!(whole.union(tight), whole);
+    }
 }

@@ -323,12 +323,7 @@ impl RayBundle {
     }
 
     #[inline(always)]
-    fn prepare<I: Isa>(
-        &self,
-        isa: I,
-        group: usize,
-        vertices: &[Vec3; 3],
-    ) -> Option<(Relative<I::Wide>, RayLanes<I::Wide>)> {
+    fn prepare<I: Isa>(&self, isa: I, group: usize, vertices: &[Vec3; 3]) -> Option<Prepared<I::Wide>> {
         let shear = self.shear.as_ref()?;
         let [x, y, z] = shear.axes;
         let relative = Relative {
@@ -338,7 +333,7 @@ impl RayBundle {
         };
         let [sx, sy, sz] = &shear.factors;
         let rays = RayLanes {
-            factors: [isa.load_wide(&sx, group), isa.load_wide(&sy, group), isa.load_wide(&sz, group)],
+            factors: [isa.load_wide(sx, group), isa.load_wide(sy, group), isa.load_wide(sz, group)],
             t_min: isa.load_wide(&self.t_min, group),
             limit: isa.load_wide(&self.limit, group),
         };
@@ -447,6 +442,9 @@ impl RayBundle {
 fn replace<I: Isa>(isa: I, rows: &mut BundleRow, (group, lanes): (usize, u32), by: I::Wide) {
     isa.store_wide(by.select(lanes, isa.load_wide(rows, group)), rows, group);
 }
+
+/// A triangle relative to a group of rays, and the rays.
+type Prepared<F> = (Relative<F>, RayLanes<F>);
 
 /// What is known of a group of rays; one bit a lane.
 struct GroupLanes {

@@ -2,8 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use super::scalar::Scalar;
-use super::{BUNDLE_RAYS, Tier, WIDTH};
+use super::{BUNDLE_RAYS, WIDTH};
 
 /// Eight numbers in a row, aligned for the widest load that takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -150,25 +149,3 @@ pub(crate) const FAR_TO_NEAR: [[u32; WIDTH]; 8] = {
     }
     orders
 };
-
-/// Runs a task on the instruction set of a tier; on the specification where the processor lacks it.
-#[inline(always)]
-pub(crate) fn dispatch<T: Task>(tier: Tier, task: T) -> T::Output {
-    match tier {
-        #[cfg(target_arch = "x86_64")]
-        Tier::Avx512 => match super::avx512::Avx512::new() {
-            Some(isa) => isa.enter(task),
-            None => Scalar.enter(task),
-        },
-        #[cfg(target_arch = "x86_64")]
-        Tier::Avx2 => match super::avx2::Avx2::new() {
-            Some(isa) => isa.enter(task),
-            None => Scalar.enter(task),
-        },
-        #[cfg(target_arch = "x86_64")]
-        Tier::Sse2 => super::sse2::Sse2.enter(task),
-        #[cfg(target_arch = "aarch64")]
-        Tier::Neon => super::neon::Neon.enter(task),
-        _ => Scalar.enter(task),
-    }
-}

@@ -22,9 +22,12 @@ mod sse2;
 
 pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
 pub(crate) use bundle::{BUNDLE_RAYS, Frustum, Loaded, NearestHit, RayBundle};
-pub(crate) use isa::{Interval, Isa, Lanes, Octant, Row, Task, Window, dispatch};
+pub(crate) use isa::{Interval, Isa, Lanes, Octant, Row, Task, Window};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
+pub(crate) use tier::Machine;
 pub use tier::Tier;
+#[cfg(test)]
+pub(crate) use tier::dispatch;
 
 /// Children of a node, and lanes of every operation.
 pub(crate) const WIDTH: usize = 8;

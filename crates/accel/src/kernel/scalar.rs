@@ -60,14 +60,14 @@ pub(super) fn push(
     mask: u32,
     enter: [f32; WIDTH],
     octant: Octant,
-    window: Window<'_>,
+    Window { children: into_children, enters: into_enters }: Window<'_>,
 ) -> usize {
     let mut count = 0;
     for lane in FAR_TO_NEAR[octant.index()] {
         let lane = lane as usize % WIDTH;
         // Written always and kept if the bit is set: whether it is cannot be predicted.
-        window.children[count % WIDTH] = children.0[lane];
-        window.enters[count % WIDTH] = enter[lane];
+        into_children[count % WIDTH] = children.0[lane];
+        into_enters[count % WIDTH] = enter[lane];
         count += (mask >> lane & 1) as usize;
     }
     count

@@ -11,11 +11,12 @@
 
 mod collapse;
 mod lanes;
+mod plan;
 
 use sahl_math::Vec3;
 
 use crate::kernel::{Node, Row, TriangleBlock};
-pub(crate) use collapse::append_tree;
+pub(crate) use collapse::{TooLarge, append_tree};
 
 /// Trees in the form in which they are traversed.
 #[derive(Clone, Debug, Default)]
@@ -98,6 +99,9 @@ const KIND_SHIFT: u32 = 28;
 const ROW_MASK: u32 = (1 << STAGE_SHIFT) - 1;
 const PLACE_MASK: u32 = (1 << KIND_SHIFT) - 1;
 
+/// References to rows have places for so many.
+const MAX_ROWS: usize = 1 << STAGE_SHIFT;
+
 impl Child {
     /// The encoded reference to nothing.
     pub(crate) const NOTHING: u32 = u32::MAX;
@@ -148,9 +152,16 @@ impl Child {
     }
 }
 
-/// The vertices of a triangle item by its id.
+/// The vertices of triangle items by their ids.
 pub(crate) trait Vertices: Sync {
     fn triangle(&self, id: u32) -> [Vec3; 3];
+
+    /// Those of several triangles, in the order of `ids`.
+    fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
+        for (&id, triangle) in ids.iter().zip(found) {
+            *triangle = self.triangle(id);
+        }
+    }
 }
 
 impl<F: Fn(u32) -> [Vec3; 3] + Sync> Vertices for F {

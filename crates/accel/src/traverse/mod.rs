@@ -77,10 +77,10 @@ impl PreparedRay {
             .then(|| Self { block_ray: BlockRay::new(&ray), node_ray: NodeRay::new(&ray) })
     }
 
-    /// The largest parameter that counts: the last before `t_max`.
-    #[inline]
+    /// See [`limit_of`].
+    #[inline(always)]
     pub(crate) fn limit(&self) -> f32 {
-        self.ray().t_max.next_down()
+        limit_of(self.ray())
     }
 
     #[inline(always)]
@@ -92,4 +92,10 @@ impl PreparedRay {
     pub(crate) fn shear(&self) -> &Shear {
         &self.block_ray.shear
     }
+}
+
+/// The largest parameter that counts for a ray: the last before `t_max`.
+#[inline(always)]
+pub(crate) fn limit_of(ray: &Ray) -> f32 {
+    ray.t_max.next_down()
 }

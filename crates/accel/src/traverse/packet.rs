@@ -11,9 +11,9 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, StackSize};
 use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
-use super::{Nearest, NoCount, PreparedRay};
+use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BUNDLE_RAYS, Frustum, Isa, Loaded, Node, RayBundle, Task, Tier, TriangleBlock, WIDTH, Window, dispatch,
+    BUNDLE_RAYS, Frustum, Isa, Loaded, Machine, Node, RayBundle, Task, TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
 
@@ -21,16 +21,16 @@ use crate::layout::{Child, Stage, WideTree};
 #[inline]
 pub(crate) fn traverse_packets<Q: Query<Search = Nearest>>(
     scene: Scene<'_>,
-    (tier, stack_size): (Tier, StackSize),
+    (machine, stack_size): (Machine, StackSize),
     tree: &WideTree,
     rays: &[Ray],
     query: &mut Q,
 ) {
     let Some(root) = tree.root else { return };
     match stack_size {
-        StackSize::Small => dispatch(tier, Packets::<Q, SMALL> { scene, root, rays, query }),
-        StackSize::Medium => dispatch(tier, Packets::<Q, MEDIUM> { scene, root, rays, query }),
-        StackSize::Large => dispatch(tier, Packets::<Q, LARGE> { scene, root, rays, query }),
+        StackSize::Small => machine.run(Packets::<Q, SMALL> { scene, root, rays, query }),
+        StackSize::Medium => machine.run(Packets::<Q, MEDIUM> { scene, root, rays, query }),
+        StackSize::Large => machine.run(Packets::<Q, LARGE> { scene, root, rays, query }),
     }
 }
 
@@ -140,10 +140,10 @@ impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
             }
         }
         for place in places(strays).take_while(|&place| place < rays.len()) {
-            let Some(ray) = PreparedRay::new(&rays[place]) else { continue };
-            let mut search = query.start(ray.limit());
+            let ray = &rays[place];
+            let mut search = query.start(limit_of(ray));
             let (searched, counter) = (&mut search, &mut NoCount);
-            let ended = Walk::<_, _, N> { scene, root, ray: &ray, search: searched, counter }.run(isa);
+            let ended = Walk::<_, _, N> { scene, root, ray, search: searched, counter }.run(isa);
             query.finish(place, &search, ended);
         }
         most

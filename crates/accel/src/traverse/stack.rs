@@ -20,8 +20,8 @@ pub(crate) enum StackSize {
 }
 
 /// The places of each [`StackSize`].
-pub(crate) const SMALL: usize = 64;
-pub(crate) const MEDIUM: usize = 160;
+pub(crate) const SMALL: usize = 32;
+pub(crate) const MEDIUM: usize = 96;
 pub(crate) const LARGE: usize = 512;
 
 const _: () = assert!(StackSize::needed(MAX_DEPTH + LEAF_LEVELS) <= LARGE);
@@ -35,10 +35,13 @@ impl StackSize {
 
     /// The size for trees of at most this depth.
     pub(crate) fn for_depth(depth: u32) -> Self {
-        match Self::needed(depth) {
-            ..=SMALL => Self::Small,
-            ..=MEDIUM => Self::Medium,
-            _ => Self::Large,
+        let needed = Self::needed(depth);
+        if needed <= SMALL {
+            Self::Small
+        } else if needed <= MEDIUM {
+            Self::Medium
+        } else {
+            Self::Large
         }
     }
 }

@@ -10,7 +10,7 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::wide::{Scene, visit_block, visit_other};
 use super::{NoCount, PreparedRay, Search};
-use crate::kernel::{EXIT_WIDENING, Isa, Task, Tier, dispatch};
+use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task};
 use crate::layout::{Child, Stage, WideTree};
 
 /// Rays in flight: a power of two.
@@ -29,16 +29,16 @@ pub(crate) trait Query {
 #[inline]
 pub(crate) fn traverse_stream<Q: Query>(
     scene: Scene<'_>,
-    (tier, stack_size): (Tier, StackSize),
+    (machine, stack_size): (Machine, StackSize),
     tree: &WideTree,
     rays: &[Ray],
     query: &mut Q,
 ) {
     let Some(root) = tree.root else { return };
     match stack_size {
-        StackSize::Small => dispatch(tier, Stream::<Q, SMALL> { scene, root, rays, query }),
-        StackSize::Medium => dispatch(tier, Stream::<Q, MEDIUM> { scene, root, rays, query }),
-        StackSize::Large => dispatch(tier, Stream::<Q, LARGE> { scene, root, rays, query }),
+        StackSize::Small => machine.run(Stream::<Q, SMALL> { scene, root, rays, query }),
+        StackSize::Medium => machine.run(Stream::<Q, MEDIUM> { scene, root, rays, query }),
+        StackSize::Large => machine.run(Stream::<Q, LARGE> { scene, root, rays, query }),
     }
 }
 

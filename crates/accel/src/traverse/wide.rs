@@ -5,7 +5,7 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::{Candidate, Counter, PreparedRay, Search};
 use crate::instance::PlacedGroup;
-use crate::kernel::{EXIT_WIDENING, Isa, Task, Tier, dispatch};
+use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task};
 use crate::layout::{Child, Stage, WideTree, WideTrees};
 use crate::primitive::Primitives;
 
@@ -23,16 +23,16 @@ pub(crate) struct Scene<'a> {
 #[inline]
 pub(crate) fn traverse<S: Search, C: Counter>(
     scene: Scene<'_>,
-    (tier, stack_size): (Tier, StackSize),
+    (machine, stack_size): (Machine, StackSize),
     tree: &WideTree,
-    ray: &PreparedRay,
+    ray: &Ray,
     (search, counter): (&mut S, &mut C),
 ) -> bool {
     let Some(root) = tree.root else { return false };
     match stack_size {
-        StackSize::Small => dispatch(tier, Walk::<S, C, SMALL> { scene, root, ray, search, counter }),
-        StackSize::Medium => dispatch(tier, Walk::<S, C, MEDIUM> { scene, root, ray, search, counter }),
-        StackSize::Large => dispatch(tier, Walk::<S, C, LARGE> { scene, root, ray, search, counter }),
+        StackSize::Small => machine.run(Walk::<S, C, SMALL> { scene, root, ray, search, counter }),
+        StackSize::Medium => machine.run(Walk::<S, C, MEDIUM> { scene, root, ray, search, counter }),
+        StackSize::Large => machine.run(Walk::<S, C, LARGE> { scene, root, ray, search, counter }),
     }
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn traverse<S: Search, C: Counter>(
 pub(super) struct Walk<'a, S, C, const N: usize> {
     pub(super) scene: Scene<'a>,
     pub(super) root: u32,
-    pub(super) ray: &'a PreparedRay,
+    pub(super) ray: &'a Ray,
     pub(super) search: &'a mut S,
     pub(super) counter: &'a mut C,
 }
@@ -51,6 +51,8 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> bool {
         let Self { scene, root, ray, search, counter } = self;
+        // Prepared here, where it stays in registers and is computed with the instructions of the tier.
+        let Some(ray) = &PreparedRay::new(ray) else { return false };
         let mut stack = Stack::<N>::empty();
         let mut child = root;
         let mut reach = search.limit() * EXIT_WIDENING;
@@ -134,7 +136,7 @@ fn visit_instance<I: Isa, S: Search, C: Counter, const N: usize>(
     let Some(root) = scene.groups.get(placed.group as usize).and_then(|tree| tree.root) else {
         return false;
     };
-    let Some(local) = PreparedRay::new(&placed.local_ray(ray)) else { return false };
+    let local = placed.local_ray(ray);
     search.enter_instance(placed.instance);
     let ended =
         isa.enter(Walk::<S, C, N> { scene, root, ray: &local, search: &mut *search, counter: &mut *counter });

@@ -162,8 +162,9 @@ fn mixed_rays(random: &mut Random, count: usize) -> Vec<Ray> {
 
 fn case(random: &mut Random, number: usize) -> Case {
     let count = [BUNDLE_RAYS, random.below(BUNDLE_RAYS + 1)][number % 2];
-    let rays = if number % 3 == 0 { mixed_rays(random, count) } else { coherent_rays(random, count) };
-    let wanted = if number % 5 == 0 { random.bits() } else { !0 };
+    let rays =
+        if number.is_multiple_of(3) { mixed_rays(random, count) } else { coherent_rays(random, count) };
+    let wanted = if number.is_multiple_of(5) { random.bits() } else { !0 };
     let nodes = vec![node(random, Random::on_grid), node(random, |random| 2.0 * random.signed())];
     Case { rays, wanted, nodes, triangles: Vec::new(), before: Vec::new() }
 }

@@ -1,0 +1,422 @@
+//! Bins: what a range of references holds between equidistant planes, and the best plane to split at.
+//!
+//! Source: Wald, *On Fast Construction of SAH-based Bounding Volume Hierarchies*, Interactive Ray Tracing 2007. Deviations: all
+//! three axes are binned in one pass, costs count blocks of triangles, which are tested at once, and of large ranges only a
+//! sample is binned.
+
+use rayon::prelude::*;
+
+use super::MAX_LEAF;
+use super::reference::{Box8, Extent, Reference};
+use super::split::{Halves, Range};
+use crate::kernel::{Isa, Lanes, Machine, Row, Task};
+
+/// The most bins an axis.
+pub(super) const MAX_BINS: usize = 16;
+
+/// Of ranges of at least this many references a sample is binned.
+const SAMPLED: usize = 1 << 12;
+
+/// Of every so many references ...
+const SAMPLE_STRIDE: usize = 64;
+
+/// ... the first so many are in the sample: neighbours, which share lines of the cache.
+const SAMPLE: usize = SAMPLE_STRIDE / 8;
+
+/// What a split may cost against what the sample promised.
+const TOLERANCE: f32 = 1.1;
+
+/// Ranges of at least this many references are binned by all threads.
+const PARALLEL: usize = 1 << 16;
+
+/// How many references one task bins.
+const CHUNK: usize = 1 << 13;
+
+/// Ranges of at least this many references are worth a second set of bins.
+const DOUBLE: usize = 512;
+
+/// How to bin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Binning {
+    bins: usize,
+    pub(super) machine: Machine,
+}
+
+/// The split of a range between bins.
+#[derive(Clone, Copy)]
+pub(super) struct BinSplit {
+    pub(super) halves: Halves,
+    pub(super) axis: usize,
+    pub(super) cost: f32,
+}
+
+impl Binning {
+    /// `bins` are clamped to 2 … [`MAX_BINS`].
+    pub(super) fn new(bins: u32, machine: Machine) -> Self {
+        Self { bins: (bins as usize).clamp(2, MAX_BINS), machine }
+    }
+
+    /// Splits where it costs least; `None` where all costs are NaN, infinite or zero, for boxes beyond the range of `f32` or
+    /// without area.
+    pub(super) fn split(&self, range: &mut Range<'_>) -> Option<BinSplit> {
+        let count = self.bins;
+        let mapping = Mapping::new(&range.extent.centers, count);
+        if range.count >= SAMPLED {
+            let mut bins = Bins::EMPTY;
+            self.fill_sample(range, &mapping, &mut bins);
+            if let Some(plane) = self.best_plane(&bins, count) {
+                let split = self.partition(range, &mapping, plane, None);
+                if split.cost <= plane.cost * TOLERANCE {
+                    return Some(split);
+                }
+            }
+        }
+        let mut bins = Bins::EMPTY;
+        self.fill(range.references(), &mapping, &mut bins);
+        let plane = self.best_plane(&bins, count)?;
+        let bounds = bins.sides(plane, count);
+        Some(self.partition(range, &mapping, plane, Some(bounds)))
+    }
+
+    /// Bins what may be cut and a sample of the others.
+    fn fill_sample(&self, range: &Range<'_>, mapping: &Mapping, bins: &mut Bins) {
+        self.fill_others(range, mapping, bins);
+        self.fill_chunk(&range.slots[..range.divisible], mapping, bins);
+    }
+
+    /// Bins what may not be cut, or a sample of it if the range is large, for which it counts in full.
+    pub(super) fn fill_others(&self, range: &Range<'_>, mapping: &Mapping, bins: &mut Bins) {
+        let others = &range.slots[range.divisible..range.count];
+        if range.count < SAMPLED {
+            return self.fill_chunk(others, mapping, bins);
+        }
+        self.machine.run(FillSample { references: others, mapping, bins });
+        for row in &mut bins.0 {
+            row.counts = row.counts.map(|count| count * (SAMPLE_STRIDE / SAMPLE) as u32);
+        }
+    }
+
+    fn fill(&self, references: &[Reference], mapping: &Mapping, bins: &mut Bins) {
+        if references.len() < PARALLEL {
+            return self.fill_chunk(references, mapping, bins);
+        }
+        let fill_chunk = |references: &[Reference]| {
+            let mut bins = Bins::EMPTY;
+            self.fill_chunk(references, mapping, &mut bins);
+            bins
+        };
+        *bins = references.par_chunks(CHUNK).map(fill_chunk).reduce(
+            || Bins::EMPTY,
+            |mut bins, others| {
+                merge(&mut bins, &others, self.bins);
+                bins
+            },
+        );
+    }
+
+    fn fill_chunk(&self, references: &[Reference], mapping: &Mapping, bins: &mut Bins) {
+        if references.len() < DOUBLE {
+            self.machine.run(Fill { references, mapping, bins, others: None });
+        } else {
+            let mut others = Bins::EMPTY;
+            self.machine.run(Fill { references, mapping, bins, others: Some(&mut others) });
+            merge(bins, &others, self.bins);
+        }
+    }
+
+    fn best_plane(&self, bins: &Bins, count: usize) -> Option<Plane> {
+        self.machine.run(FindPlane { bins, count })
+    }
+
+    /// Parts a range; `bounds` are the boxes about both sides, if known.
+    fn partition(
+        &self,
+        range: &mut Range<'_>,
+        mapping: &Mapping,
+        plane: Plane,
+        bounds: Option<[Box8; 2]>,
+    ) -> BinSplit {
+        let (divisible, others) = range.slots[..range.count].split_at_mut(range.divisible);
+        let counts = [divisible.len(), others.len()];
+        let part = |references: &mut [Reference]| match bounds {
+            Some(_) => self.machine.run(Partition::<false> { references, mapping, plane }),
+            None => self.machine.run(Partition::<true> { references, mapping, plane }),
+        };
+        let [first, second] = [divisible, others].map(part);
+        let extents = [0, 1].map(|side| {
+            let found = first.boxes[side].union(second.boxes[side]);
+            match bounds {
+                Some(bounds) => Extent { bounds: bounds[side], centers: found },
+                None => Extent::around(found),
+            }
+        });
+        let halves = Halves {
+            divisible: [first.left_count, counts[0] - first.left_count],
+            others: [second.left_count, counts[1] - second.left_count],
+            added: 0,
+            extents,
+        };
+        let cost = |side: usize| {
+            extents[side].bounds.half_area() * blocks((halves.divisible[side] + halves.others[side]) as u32)
+        };
+        BinSplit { halves, axis: plane.axis, cost: cost(0) + cost(1) }
+    }
+}
+
+impl Binning {
+    /// Parts references by their doubled centres, and finds the boxes about both sides.
+    pub(super) fn part(&self, references: &mut [Reference], mapping: &Mapping, plane: Plane) -> Parted {
+        self.machine.run(Partition::<true> { references, mapping, plane })
+    }
+}
+
+/// What falls into the bins of one axis.
+#[derive(Clone, Copy)]
+struct AxisBins {
+    bounds: [Box8; MAX_BINS],
+    counts: [u32; MAX_BINS],
+}
+
+/// The bins of the three axes.
+#[derive(Clone, Copy)]
+pub(super) struct Bins([AxisBins; 3]);
+
+impl Bins {
+    pub(super) const EMPTY: Self =
+        Self([AxisBins { bounds: [Box8::EMPTY; MAX_BINS], counts: [0; MAX_BINS] }; 3]);
+
+    /// The boxes about what lies on both sides of a plane.
+    fn sides(&self, plane: Plane, count: usize) -> [Box8; 2] {
+        let (left, right) = self.0[plane.axis].bounds[..count].split_at(plane.bin as usize + 1);
+        [left, right].map(|bins| bins.iter().copied().fold(Box8::EMPTY, Box8::union))
+    }
+
+    /// The box about what fell into a bin of an axis, and how many these are.
+    pub(super) fn bin(&self, axis: usize, bin: usize) -> (Box8, u32) {
+        (self.0[axis].bounds[bin], self.0[axis].counts[bin])
+    }
+}
+
+/// From a doubled centre to bins: the integral part of `(center − origin) · scale`.
+#[derive(Clone, Copy)]
+pub(super) struct Mapping {
+    origin: [f32; 4],
+    scale: [f32; 4],
+}
+
+/// Adding it to a number from 0 to 16 rounds that to 1 / 2^[`FRACTION_BITS`] and leaves it in the lowest bits.
+const ROUNDING: f32 = (1 << (23 - FRACTION_BITS)) as f32;
+const FRACTION_BITS: u32 = 6;
+
+impl Mapping {
+    pub(super) fn new(bounds: &Box8, bins: usize) -> Self {
+        // So much below the number of bins that rounding does not reach it.
+        let last = bins as f32 - 1.0 / (1 << FRACTION_BITS) as f32;
+        // An axis without extent, or one that overflows, sends everything to bin 0 and is never split.
+        let scale = bounds.diagonal().map(|extent| {
+            let scale = last / extent;
+            if extent > 0.0 && scale.is_finite() { scale } else { 0.0 }
+        });
+        let [x, y, z, _] = bounds.min();
+        Self { origin: [x, y, z, 0.0], scale: [scale[0], scale[1], scale[2], 0.0] }
+    }
+
+    /// The same bins, for doubled positions.
+    pub(super) fn doubled(&self) -> Self {
+        Self { origin: self.origin.map(|x| x * 2.0), scale: self.scale.map(|x| x * 0.5) }
+    }
+
+    #[inline(always)]
+    pub(super) fn bin(&self, position: f32, axis: usize) -> u32 {
+        let position = (position - self.origin[axis]) * self.scale[axis] + ROUNDING;
+        (position.to_bits() >> FRACTION_BITS) % MAX_BINS as u32
+    }
+
+    /// Where bin `bin` begins.
+    #[inline(always)]
+    pub(super) fn position(&self, bin: usize, axis: usize) -> f32 {
+        self.origin[axis] + bin as f32 / self.scale[axis]
+    }
+
+    /// The bins of a reference on the three axes.
+    #[inline(always)]
+    fn bins(&self, reference: &Reference) -> [u32; 3] {
+        let center = reference.doubled_center();
+        let bins: [u32; 4] = std::array::from_fn(|axis| self.bin(center[axis], axis));
+        [bins[0], bins[1], bins[2]]
+    }
+}
+
+/// A split between bins: those up to and including `bin` go left.
+#[derive(Clone, Copy)]
+pub(super) struct Plane {
+    pub(super) cost: f32,
+    pub(super) axis: usize,
+    pub(super) bin: u32,
+}
+
+/// How many blocks `count` primitives fill.
+#[inline(always)]
+pub(super) fn blocks(count: u32) -> f32 {
+    count.div_ceil(MAX_LEAF as u32) as f32
+}
+
+/// Bins references one after the other.
+struct Fill<'a> {
+    references: &'a [Reference],
+    mapping: &'a Mapping,
+    bins: &'a mut Bins,
+    /// A second set for every other reference: neighbours often fall into the same bin, and would wait for each other.
+    others: Option<&'a mut Bins>,
+}
+
+impl Task for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { references, mapping, bins, others } = self;
+        let mut rest = references;
+        if let Some(others) = others {
+            let (pairs, last) = references.as_chunks();
+            for [first, second] in pairs {
+                add(isa, bins, first, mapping.bins(first));
+                add(isa, others, second, mapping.bins(second));
+            }
+            rest = last;
+        }
+        for reference in rest {
+            add(isa, bins, reference, mapping.bins(reference));
+        }
+    }
+}
+
+/// Bins a sample.
+struct FillSample<'a> {
+    references: &'a [Reference],
+    mapping: &'a Mapping,
+    bins: &'a mut Bins,
+}
+
+impl Task for FillSample<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        for chunk in self.references.chunks(SAMPLE_STRIDE) {
+            for reference in &chunk[..SAMPLE.min(chunk.len())] {
+                add(isa, self.bins, reference, self.mapping.bins(reference));
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add<I: Isa>(isa: I, bins: &mut Bins, reference: &Reference, places: [u32; 3]) {
+    for (row, place) in bins.0.iter_mut().zip(places) {
+        let place = place as usize;
+        row.bounds[place] = row.bounds[place].union_on(isa, reference.bounds());
+        row.counts[place] += 1;
+    }
+}
+
+/// Minimum and integer sums: the same in any order.
+fn merge(bins: &mut Bins, others: &Bins, count: usize) {
+    for (row, other) in bins.0.iter_mut().zip(&others.0) {
+        for bin in 0..count {
+            row.bounds[bin] = row.bounds[bin].union(other.bounds[bin]);
+            row.counts[bin] += other.counts[bin];
+        }
+    }
+}
+
+/// The plane with the least cost `A_left n_left + A_right n_right`, counted in blocks; the first of equals.
+struct FindPlane<'a> {
+    bins: &'a Bins,
+    count: usize,
+}
+
+impl Task for FindPlane<'_> {
+    type Output = Option<Plane>;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Option<Plane> {
+        let mut best = Plane { cost: f32::INFINITY, axis: 0, bin: 0 };
+        for (axis, row) in self.bins.0.iter().enumerate() {
+            // Infinite times zero over no primitives: NaN, which no comparison takes.
+            let mut costs = [f32::INFINITY; MAX_BINS];
+            let (mut bounds, mut primitives) = (Box8::EMPTY, 0);
+            for i in (1..self.count).rev() {
+                bounds = bounds.union_on(isa, &row.bounds[i]);
+                primitives += row.counts[i];
+                costs[i - 1] = bounds.half_area() * blocks(primitives);
+            }
+            let (mut bounds, mut primitives) = (Box8::EMPTY, 0);
+            for (i, cost) in costs[..self.count - 1].iter_mut().enumerate() {
+                bounds = bounds.union_on(isa, &row.bounds[i]);
+                primitives += row.counts[i];
+                *cost += bounds.half_area() * blocks(primitives);
+            }
+            let bin = first_least(&costs);
+            if costs[bin] < best.cost {
+                best = Plane { cost: costs[bin], axis, bin: bin as u32 };
+            }
+        }
+        (best.cost > 0.0 && best.cost < f32::INFINITY).then_some(best)
+    }
+}
+
+/// The place of the least cost that is a number, the first of equals; without branches that cannot be predicted.
+#[inline(always)]
+pub(super) fn first_least<const N: usize>(costs: &[f32; N]) -> usize {
+    let mut least = f32::INFINITY;
+    let mut place = 0;
+    for (i, &cost) in costs.iter().enumerate() {
+        place = if cost < least { i } else { place };
+        least = if cost < least { cost } else { least };
+    }
+    place
+}
+
+/// Moves what goes left to the front, without branches that cannot be predicted, and finds the boxes about both sides: about
+/// the references if `BOUNDS`, and about their doubled centres otherwise.
+struct Partition<'a, const BOUNDS: bool> {
+    references: &'a mut [Reference],
+    mapping: &'a Mapping,
+    plane: Plane,
+}
+
+/// How references were parted.
+pub(super) struct Parted {
+    pub(super) left_count: usize,
+    pub(super) boxes: [Box8; 2],
+}
+
+impl<const BOUNDS: bool> Task for Partition<'_, BOUNDS> {
+    type Output = Parted;
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Parted {
+        let Self { references, mapping, plane } = self;
+        let axis = plane.axis % 3;
+        let mut boxes = [isa.splat(f32::INFINITY); 2];
+        let mut left_count = 0_usize;
+        for i in 0..references.len() {
+            let bin = mapping.bin(references[i].doubled_center_at(axis), axis);
+            let reference = references[i];
+            // All bits set if it goes right. Infinity, added to a box, removes it from every minimum.
+            let goes_right = (plane.bin as i32 - bin as i32) >> 31;
+            let removed = |mask: i32| isa.splat(f32::from_bits(mask as u32 & f32::INFINITY.to_bits()));
+            let own = if BOUNDS {
+                isa.load(reference.bounds().row())
+            } else {
+                isa.load(&reference.doubled_center_row())
+            };
+            boxes = [boxes[0].min(own + removed(goes_right)), boxes[1].min(own + removed(!goes_right))];
+            references[i] = references[left_count];
+            references[left_count] = reference;
+            left_count = (left_count + 1).wrapping_add_signed(goes_right as isize);
+        }
+        Parted { left_count, boxes: boxes.map(|lanes| Box8::from_row(Row(lanes.to_array()))) }
+    }
+}

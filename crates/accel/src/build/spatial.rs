@@ -1,0 +1,387 @@
+//! Splits of space: planes that cut triangles in two.
+//!
+//! Where two sides of the best object split overlap much, a plane is looked for that cuts what lies on both sides. Only triangles
+//! that are large against the whole are cut, which are few: they alone are binned by where they begin and end and clipped, all others by
+//! their centres.
+//!
+//! Source: Stich, Friedrich, Dietrich, *Spatial Splits in Bounding Volume Hierarchies*, High Performance Graphics 2009. Deviations: the
+//! restriction to large triangles, and to ranges where the cut of the two sides' overlap would be worth it.
+
+use sahl_math::Vec3;
+
+use super::bins::{Binning, Bins, MAX_BINS, Mapping, Plane, blocks};
+use super::clip;
+use super::reference::{Box8, Extent, Reference};
+use super::sah::{split_in_the_middle, split_small};
+use super::split::{Halves, Range, Splitter, build_nodes};
+use super::{BinaryTree, sweep};
+use crate::kernel::{Isa, Lanes, Row, Task};
+use crate::layout::Vertices;
+
+/// When and how much to cut.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cutting {
+    /// The most parts that are added, relative to the number of triangles.
+    share: f32,
+    /// The box of a triangle that may be cut has at least this share of the area of the box about all.
+    divisible: f32,
+    /// The overlap of two sides that may be worth a cut has at least this share of that area.
+    overlap: f32,
+    /// The sides lose at least this share of their area by cutting their overlap in the middle.
+    gain: f32,
+}
+
+impl Cutting {
+    /// Costs nothing where triangles are even, and a few hundredths of the time where they are not.
+    pub(super) const DEFAULT: Self = Self { share: 0.1, divisible: 1e-4, overlap: 1e-3, gain: 0.05 };
+    /// What is worth it where time does not count.
+    pub(super) const HIGH: Self = Self { share: 0.3, divisible: 1e-6, overlap: 1e-5, gain: 0.02 };
+}
+
+/// Builds by SAH with spatial splits.
+pub(super) fn build(
+    references: Vec<Reference>,
+    extent: Extent,
+    binning: Binning,
+    cutting: Cutting,
+    vertices: &impl Vertices,
+) -> BinaryTree {
+    let root_area = extent.bounds.half_area();
+    let count = references.len();
+    let mut slots = references;
+    let divisible = gather_divisible(&mut slots, cutting.divisible * root_area);
+    let free = (count as f32 * cutting.share) as usize;
+    slots.resize(count + free.min(MAX_PARTS * divisible), Reference::NONE);
+    let splitter = SpatialSah { binning, cutting, vertices, min_overlap: cutting.overlap * root_area };
+    let nodes = build_nodes(Range { slots: &mut slots, count, divisible, extent }, &splitter);
+    BinaryTree { nodes, references: slots }
+}
+
+/// The most parts a divisible triangle is cut into on average.
+const MAX_PARTS: usize = 16;
+
+/// Moves the triangles with at least this area to the front; returns how many these are.
+fn gather_divisible(references: &mut [Reference], area: f32) -> usize {
+    let mut divisible = 0;
+    for place in 0..references.len() {
+        let reference = references[place];
+        if reference.bounds().half_area() >= area && reference.is_triangle() {
+            references.swap(place, divisible);
+            divisible += 1;
+        }
+    }
+    divisible
+}
+
+struct SpatialSah<'a, V> {
+    binning: Binning,
+    cutting: Cutting,
+    vertices: &'a V,
+    min_overlap: f32,
+}
+
+impl<V: Vertices> Splitter for SpatialSah<'_, V> {
+    fn split(&self, range: &mut Range<'_>) -> Option<Halves> {
+        if range.count <= sweep::MAX_COUNT {
+            return split_small(&self.binning, range);
+        }
+        let Some(object) = self.binning.split(range) else {
+            return Some(split_in_the_middle(range));
+        };
+        if range.divisible > 0 && self.is_promising(&object.halves, object.axis) {
+            let best = self.best_split(range, object.axis).filter(|split| split.cost < object.cost);
+            if let Some(halves) = best.and_then(|split| self.apply(range, &split)) {
+                return Some(halves);
+            }
+        }
+        Some(object.halves)
+    }
+}
+
+/// A plane with what lies on its sides.
+#[derive(Clone, Copy)]
+struct SpatialSplit {
+    mapping: Mapping,
+    axis: usize,
+    /// The first bin above.
+    bin: usize,
+    cost: f32,
+    sides: [Side; 2],
+}
+
+/// What lies on one side of a plane.
+#[derive(Clone, Copy)]
+struct Side {
+    bounds: Box8,
+    count: u32,
+}
+
+impl Side {
+    const EMPTY: Self = Self { bounds: Box8::EMPTY, count: 0 };
+
+    fn cost(&self) -> f32 {
+        self.bounds.half_area() * blocks(self.count)
+    }
+}
+
+impl<V: Vertices> SpatialSah<'_, V> {
+    /// Whether the sides of an object split overlap so much that a cut may pay.
+    fn is_promising(&self, halves: &Halves, axis: usize) -> bool {
+        let [left, right] = halves.extents.map(|extent| extent.bounds);
+        let overlap = left.intersection(&right);
+        if overlap.is_empty() || overlap.half_area() < self.min_overlap {
+            return false;
+        }
+        let [low, high] = overlap.range(axis);
+        let middle = 0.5 * low + 0.5 * high;
+        let whole = left.half_area() + right.half_area();
+        let cut = left.below(axis, middle).half_area() + right.above(axis, middle).half_area();
+        whole - cut > self.cutting.gain * whole
+    }
+
+    /// The best plane on the longest axis and on that of the object split; `None` if costs do not tell.
+    fn best_split(&self, range: &mut Range<'_>, axis: usize) -> Option<SpatialSplit> {
+        let mapping = Mapping::new(&range.extent.bounds, MAX_BINS);
+        let mut others = Bins::EMPTY;
+        // The centres of all others lie within the bounds, doubled.
+        self.binning.fill_others(range, &mapping.doubled(), &mut others);
+        let longest = range.extent.bounds.longest_axis();
+        let mut best: Option<SpatialSplit> = None;
+        for axis in [longest, axis].into_iter().take(if longest == axis { 1 } else { 2 }) {
+            let mut bins = EMPTY_BINS;
+            for bin in 0..MAX_BINS {
+                (bins.bounds[bin], bins.begins[bin]) = others.bin(axis, bin);
+            }
+            bins.ends = bins.begins;
+            let references = &range.slots[..range.divisible];
+            let fill = Fill { references, mapping: &mapping, axis, vertices: self.vertices, bins: &mut bins };
+            self.binning.machine.run(fill);
+            let split = bins.best_split(mapping, axis);
+            if split.cost < best.map_or(f32::INFINITY, |best| best.cost) && split.cost > 0.0 {
+                best = Some(split);
+            }
+        }
+        best
+    }
+
+    /// Reorders the range that the split was found for; `None` if nothing is left on one side.
+    fn apply(&self, range: &mut Range<'_>, split: &SpatialSplit) -> Option<Halves> {
+        let SpatialSplit { mapping, axis, bin, .. } = *split;
+        let plane = Plane { cost: split.cost, axis, bin: bin as u32 - 1 };
+        let (divisible, count) = (range.divisible, range.count);
+        let others = &mut range.slots[divisible..count];
+        let other_count = others.len();
+        let parted = self.binning.part(others, &mapping.doubled(), plane);
+        let mut extents = parted.boxes.map(Extent::around);
+        let mut unsplitter = Unsplitter { sides: split.sides };
+        let (mut left_count, mut end) = (0, count);
+        for place in 0..divisible {
+            let mut reference = range.slots[place];
+            let [below, above] = self.cut(&reference, split);
+            let verdict = match (below, above) {
+                (Some(below), Some(above)) => {
+                    unsplitter.decide(&reference, [below, above], end < range.slots.len())
+                }
+                (Some(_), None) => Verdict::Left,
+                _ => Verdict::Right,
+            };
+            if let Verdict::Both([below, above]) = verdict {
+                let above = Reference::part(above);
+                extents[1] = extents[1].including(&above);
+                range.slots[end] = above;
+                end += 1;
+                reference = Reference::part(below);
+            }
+            if matches!(verdict, Verdict::Right) {
+                extents[1] = extents[1].including(&reference);
+            } else {
+                extents[0] = extents[0].including(&reference);
+                range.slots[place] = range.slots[left_count];
+                range.slots[left_count] = reference;
+                left_count += 1;
+            }
+        }
+        let halves = Halves {
+            divisible: [left_count, divisible - left_count],
+            others: [parted.left_count, other_count - parted.left_count],
+            added: end - count,
+            extents,
+        };
+        (!halves.counts().contains(&0)).then_some(halves)
+    }
+
+    /// The parts of a reference on both sides of the plane.
+    fn cut(&self, reference: &Reference, split: &SpatialSplit) -> [Option<Box8>; 2] {
+        let &SpatialSplit { mapping, axis, bin, .. } = split;
+        let whole = *reference.bounds();
+        let [first, last] = whole.range(axis).map(|position| mapping.bin(position, axis) as usize);
+        if last < bin {
+            [Some(whole), None]
+        } else if first >= bin {
+            [None, Some(whole)]
+        } else {
+            let triangle = self.vertices.triangle(reference.place());
+            clip::parts(&triangle, &whole, axis, mapping.position(bin, axis))
+        }
+    }
+}
+
+/// What becomes of a reference.
+enum Verdict {
+    Left,
+    Right,
+    Both([Box8; 2]),
+}
+
+/// Decides whether a reference that lies on both sides of a plane is cut, or had better stay whole on one of them.
+struct Unsplitter {
+    sides: [Side; 2],
+}
+
+impl Unsplitter {
+    fn decide(&mut self, reference: &Reference, parts: [Box8; 2], there_is_room: bool) -> Verdict {
+        let [left, right] = self.sides;
+        let grown = self.sides.map(|side| side.bounds.union(*reference.bounds()));
+        let cost = |bounds: &Box8, count: f32| bounds.half_area() * count;
+        let [left_count, right_count] = [left.count as f32, right.count as f32];
+        let only_left = cost(&grown[0], left_count) + cost(&right.bounds, right_count - 1.0);
+        let only_right = cost(&left.bounds, left_count - 1.0) + cost(&grown[1], right_count);
+        let both = cost(&left.bounds, left_count) + cost(&right.bounds, right_count);
+        if there_is_room && both <= only_left && both <= only_right {
+            Verdict::Both(parts)
+        } else if only_left <= only_right {
+            self.sides[0].bounds = grown[0];
+            self.sides[1].count = right.count.saturating_sub(1);
+            Verdict::Left
+        } else {
+            self.sides[1].bounds = grown[1];
+            self.sides[0].count = left.count.saturating_sub(1);
+            Verdict::Right
+        }
+    }
+}
+
+/// What falls into the bins of one axis.
+struct AxisBins {
+    bounds: [Box8; MAX_BINS],
+    /// How many references begin in each bin.
+    begins: [u32; MAX_BINS],
+    /// How many end there.
+    ends: [u32; MAX_BINS],
+}
+
+const EMPTY_BINS: AxisBins =
+    AxisBins { bounds: [Box8::EMPTY; MAX_BINS], begins: [0; MAX_BINS], ends: [0; MAX_BINS] };
+
+impl AxisBins {
+    fn best_split(&self, mapping: Mapping, axis: usize) -> SpatialSplit {
+        let mut rights = [Side::EMPTY; MAX_BINS];
+        let mut right = Side::EMPTY;
+        for bin in (1..MAX_BINS).rev() {
+            right =
+                Side { bounds: right.bounds.union(self.bounds[bin]), count: right.count + self.ends[bin] };
+            rights[bin] = right;
+        }
+        let mut best = SpatialSplit { mapping, axis, bin: 1, cost: f32::INFINITY, sides: [Side::EMPTY; 2] };
+        let mut left = Side::EMPTY;
+        for (bin, &right) in rights.iter().enumerate().skip(1) {
+            left = Side {
+                bounds: left.bounds.union(self.bounds[bin - 1]),
+                count: left.count + self.begins[bin - 1],
+            };
+            let cost = left.cost() + right.cost();
+            if cost < best.cost {
+                best = SpatialSplit { bin, cost, sides: [left, right], ..best };
+            }
+        }
+        best
+    }
+}
+
+/// Bins references on one axis, cut at the borders of the bins.
+struct Fill<'a, V> {
+    references: &'a [Reference],
+    mapping: &'a Mapping,
+    axis: usize,
+    vertices: &'a V,
+    bins: &'a mut AxisBins,
+}
+
+impl<V: Vertices> Task for Fill<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) {
+        let Self { references, mapping, axis, vertices, bins } = self;
+        for reference in references {
+            let [low, high] = reference.bounds().range(axis);
+            let [first, last] = [low, high].map(|position| mapping.bin(position, axis) as usize % MAX_BINS);
+            bins.begins[first] += 1;
+            bins.ends[last] += 1;
+            if first == last {
+                bins.bounds[last] = bins.bounds[last].union_on(isa, reference.bounds());
+                continue;
+            }
+            let mut parts = [Box8::EMPTY; MAX_BINS];
+            let triangle = vertices.triangle(reference.place());
+            cut_between_bins(isa, &triangle, (mapping, axis), [(first, low), (last, high)], &mut parts);
+            for (bounds, part) in bins.bounds[first..=last].iter_mut().zip(&parts[first..=last]) {
+                let part = part.intersection_on(isa, reference.bounds());
+                if !part.is_empty() {
+                    *bounds = bounds.union_on(isa, &part);
+                }
+            }
+        }
+    }
+}
+
+/// The boxes about a triangle's parts in bins, about as large as they are, for the part of the triangle that begins and ends
+/// in the given bins at the given positions.
+#[inline(always)]
+fn cut_between_bins<I: Isa>(
+    isa: I,
+    triangle: &[Vec3; 3],
+    (mapping, axis): (&Mapping, usize),
+    [(first, low), (last, high)]: [(usize, f32); 2],
+    parts: &mut [Box8; MAX_BINS],
+) {
+    let corners = triangle.map(Box8::at);
+    let positions = triangle.map(|corner| corner[axis]);
+    let bin_of = |position: f32| mapping.bin(position, axis) as usize % MAX_BINS;
+    for i in 0..3 {
+        if low <= positions[i] && positions[i] <= high {
+            include(isa, parts, bin_of(positions[i]), &corners[i]);
+        }
+        let (from, to) =
+            if positions[i] > positions[(i + 1) % 3] { ((i + 1) % 3, i) } else { (i, (i + 1) % 3) };
+        let (start, end) = (positions[from], positions[to]);
+        if start >= high || end <= low {
+            continue;
+        }
+        let step = 1.0 / (end - start);
+        let origin = isa.load(corners[from].row());
+        let along = isa.load(corners[to].row()) - origin;
+        let first_bin = if start < low { first } else { bin_of(start) };
+        let last_bin = if end > high { last } else { bin_of(end) };
+        if start < low {
+            let point = Box8::from_row(Row((origin + along * isa.splat((low - start) * step)).to_array()));
+            include(isa, parts, first, &point);
+        }
+        if end > high {
+            let point = Box8::from_row(Row((origin + along * isa.splat((high - start) * step)).to_array()));
+            include(isa, parts, last, &point);
+        }
+        for bin in first_bin..last_bin {
+            let share = (mapping.position(bin + 1, axis) - start) * step;
+            let point = Box8::from_row(Row((origin + along * isa.splat(share)).to_array()));
+            include(isa, parts, bin, &point);
+            include(isa, parts, bin + 1, &point);
+        }
+    }
+}
+
+#[inline(always)]
+fn include<I: Isa>(isa: I, parts: &mut [Box8; MAX_BINS], bin: usize, point: &Box8) {
+    let part = &mut parts[bin % MAX_BINS];
+    *part = part.union_on(isa, point);
+}
