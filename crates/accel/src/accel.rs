@@ -77,7 +77,10 @@ impl Accel {
 
     /// [`Self::intersect_batch`] for rays of which each 64 in a row go nearly the same way, as the camera rays of eight by eight pixels.
     ///
-    /// The result is the same for any rays; the first of those that do not go nearly the same way take longer.
+    /// Rays that do not go nearly the same way are answered as well; the first of them take longer.
+    ///
+    /// The hits are those of [`Self::intersect`], to the last bit, unless a triangle is so thin or so large against its distance that
+    /// its parameter errs by more than the boxes allow for (a relative 2 γ₇): then either may find the nearer one.
     pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let count = hits.len().min(rays.len());
         hits[..count].fill(None);
@@ -232,9 +235,7 @@ impl Query for NearestHits<'_> {
 
     #[inline(always)]
     fn finish(&mut self, place: usize, search: &Nearest, _ended: bool) {
-        // As the search saw it.
-        let ray = Ray { t_min: self.rays[place].t_min.max(0.0), ..self.rays[place] };
-        self.hits[place] = search.result().map(|found| self.accel.to_hit(&ray, &found));
+        self.hits[place] = search.result().map(|found| self.accel.to_hit(&self.rays[place], &found));
     }
 }
 

@@ -266,3 +266,33 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_direction_with_a_subnormal_component_misses_no_box() {
+    let positions = [[10.0, 5e-39, -1.0], [10.0, 1.0, -1.0], [10.0, 5e-39, 1.0]].map(Vec3::from);
+    let mesh = TriangleMesh { indices: [[0, 1, 2]].into(), positions: positions.into() };
+    let world = world_of(vec![Geometry::Triangles(mesh)]);
+    let ray = Ray::new(Vec3::ZERO, Vec3::new(1.0, 1e-39, -0.01));
+    let expected = build(&world, Builder::BruteForce).intersect(&ray);
+    assert!(expected.is_some());
+    for builder in [Builder::Median, Builder::BinnedSah] {
+        assert_eq!(build(&world, builder).intersect(&ray), expected, "{builder:?}");
+    }
+}
+
+#[test]
+fn the_parameter_of_a_quadric_lies_beyond_the_interval_after_rounding() {
+    let sphere = Sphere {
+        radius: 1.0,
+        z_min: -1.0,
+        z_max: 1.0,
+        phi_max: std::f32::consts::TAU,
+        to_parent: Transform::IDENTITY,
+    };
+    let world = world_of(vec![Geometry::Sphere(sphere)]);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, -1.0_f32.next_up()), Vec3::new(0.0, 0.0, 3e38));
+    for builder in [Builder::BruteForce, Builder::BinnedSah] {
+        let hit = build(&world, builder).intersect(&ray);
+        assert!(hit.is_none_or(|hit| hit.t > 0.0), "{builder:?} {hit:?}");
+    }
+}

@@ -107,11 +107,10 @@ impl Quadric {
         self.first_root(ray, &local).map(|t| t as f32).filter(|t| t.is_finite())
     }
 
-    /// The smallest parameter beyond `ray.t_min`.
+    /// The smallest parameter that lies beyond `ray.t_min` when it is rounded, as a hit's is.
     #[inline]
     fn first_root(&self, ray: &Ray, local: &DoubleRay) -> Option<f64> {
-        let t_min = f64::from(ray.t_min);
-        self.roots(local).into_iter().find(|&t| t > t_min)
+        self.roots(local).into_iter().find(|&t| t as f32 > ray.t_min)
     }
 
     /// The point of a hit with its error, its normal, and its parameters.

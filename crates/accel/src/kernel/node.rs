@@ -100,8 +100,8 @@ impl<'a> Node<'a> {
     pub(crate) fn interval<I: Isa>(self, isa: I, ray: &NodeRay, reach: f32) -> Interval<I::F32> {
         let [enter_x, enter_y, enter_z] = ray.enter;
         let [exit_x, exit_y, exit_z] = ray.exit;
-        // A plane that holds the origin of a ray along it gives NaN, and the operand after it is taken: such a
-        // plane bounds nothing.
+        // A plane that holds the origin of a ray along it and ends the box gives NaN, and the operand after it is taken:
+        // such a plane bounds nothing.
         let enter = self.crossing(isa, enter_z, (ray.origin[2], ray.reciprocal[2])).max(isa.splat(ray.t_min));
         let enter = self.crossing(isa, enter_y, (ray.origin[1], ray.reciprocal[1])).max(enter);
         let enter = self.crossing(isa, enter_x, (ray.origin[0], ray.reciprocal[0])).max(enter);
@@ -126,6 +126,8 @@ impl NodeRay {
         let (enter, exit) = Planes::of(octant);
         let origin = ray.origin.into();
         let widened = reciprocal.map(|x| x * EXIT_WIDENING);
+        // The reciprocal of a subnormal number is infinite and too late for where a box begins; the largest number never is.
+        let reciprocal = reciprocal.map(|x| x.clamp(f32::MIN, f32::MAX));
         Self { origin, reciprocal, widened, enter, exit, octant, t_min: ray.t_min }
     }
 }

@@ -73,8 +73,7 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
                     if ended {
                         return true;
                     }
-                    // The same slack as in the box test, so that the order of visits cannot decide between nearly
-                    // equal hits.
+                    // The same slack as in the box test: a box is dropped only if no hit in it could be nearer.
                     let reached = search.limit() * EXIT_WIDENING;
                     if reached < reach {
                         reach = reached;
