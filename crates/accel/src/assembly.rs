@@ -22,12 +22,14 @@ pub(crate) struct Assembly<'a> {
     options: &'a BuildOptions,
     primitives: Primitives,
     stats: Stats,
+    /// Primitives of trees for which there was no room.
+    unplaced: u64,
 }
 
 impl<'a> Assembly<'a> {
     pub(crate) fn new(world: World, options: &'a BuildOptions) -> Self {
         let primitives = Primitives::for_geometries(&world.geometries);
-        Self { world, options, primitives, stats: Stats::default() }
+        Self { world, options, primitives, stats: Stats::default(), unplaced: 0 }
     }
 
     pub(crate) fn finish(mut self) -> Accel {
@@ -51,7 +53,7 @@ impl<'a> Assembly<'a> {
             _ => self.wide_structure(groups, input, &placed),
         };
         let mut stats = self.stats;
-        stats.dropped = self.primitives.dropped;
+        stats.dropped = self.primitives.dropped + self.unplaced;
         stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64;
         Accel { world: self.world, primitives: self.primitives, placed, structure, bounds, stats }
     }
@@ -97,19 +99,24 @@ impl<'a> Assembly<'a> {
 
     /// Builds and appends one tree; returns it with its cost.
     fn wide_tree(
-        &self,
+        &mut self,
         trees: &mut WideTrees,
         input: TreeInput,
         cost: &(impl Fn(Item) -> f32 + Sync),
     ) -> (WideTree, f32) {
         let vertices = TriangleVertices { world: &self.world, primitives: &self.primitives };
+        let count = input.references.len() as u64;
+        let nothing = (WideTree { root: None, depth: 0 }, 0.0);
         let Some(tree) = build::build(input.references, input.extent, self.options, &vertices) else {
-            return (WideTree { root: None, depth: 0 }, 0.0);
+            return nothing;
         };
-        layout::append_tree(trees, &tree, &vertices, cost).unwrap_or_else(|layout::TooLarge| {
-            let compact = build::build_compact(&tree);
-            let appended = layout::append_tree(trees, &compact, &vertices, cost);
-            appended.expect("full leaves of so many primitives have places for their rows")
+        let appended = layout::append_tree(trees, &tree, &vertices, cost).or_else(|layout::TooLarge| {
+            layout::append_tree(trees, &build::build_compact(&tree), &vertices, cost)
+        });
+        appended.unwrap_or_else(|layout::TooLarge| {
+            // All references are taken, by this tree or those before it.
+            self.unplaced += count;
+            nothing
         })
     }
 }

@@ -112,7 +112,7 @@ impl Primitives {
         let mut sorted = geometries.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
-        // With room for parts: to grow would mean to copy.
+        // With room for the parts of an eighth: to grow would mean to copy.
         let capacity = self.names.count(&sorted).min(self.space());
         let references = Vec::with_capacity(capacity + capacity / 8);
         let mut input = TreeInput { references, extent: Extent::EMPTY };
@@ -126,6 +126,8 @@ impl Primitives {
             }
             self.collected += input.references.len() - start;
         }
+        // What was dropped leaves its room behind, of every group.
+        input.references.shrink_to(input.references.len() + input.references.len() / 8);
         input
     }
 
@@ -169,11 +171,12 @@ impl Primitives {
     fn collect_patches(&mut self, geometry: u32, mesh: &PatchMesh, input: &mut TreeInput) {
         let ids = self.names.ids(geometry);
         let mut kinds = Vec::with_capacity(mesh.indices.len());
+        let start = input.references.len();
         for (primitive, indices) in mesh.indices.iter().enumerate() {
             let corners = vertices(&mesh.positions, *indices);
             let kind = corners.map_or(PatchKind::Degenerate, |corners| patch::classify(&corners));
             kinds.push(kind);
-            let is_full = 2 * primitive + 1 >= ids.len() || input.references.len() + 2 > self.space();
+            let is_full = 2 * primitive + 1 >= ids.len() || input.references.len() - start + 2 > self.space();
             let id = |upper: bool| ids.start + 2 * primitive as u32 + u32::from(upper);
             match (corners, kind) {
                 (Some(corners), PatchKind::Planar | PatchKind::Parallelogram) if !is_full => {

@@ -108,7 +108,7 @@ impl Binning {
         *bins = references.par_chunks(CHUNK).map(fill_chunk).reduce(
             || Bins::EMPTY,
             |mut bins, others| {
-                merge(&mut bins, &others, self.bins);
+                merge(&mut bins, &others);
                 bins
             },
         );
@@ -120,7 +120,7 @@ impl Binning {
         } else {
             let mut others = Bins::EMPTY;
             self.machine.run(Fill { references, mapping, bins, others: Some(&mut others) });
-            merge(bins, &others, self.bins);
+            merge(bins, &others);
         }
     }
 
@@ -321,9 +321,9 @@ fn add<I: Isa>(isa: I, bins: &mut Bins, reference: &Reference, places: [u32; 3])
 }
 
 /// Minimum and integer sums: the same in any order.
-fn merge(bins: &mut Bins, others: &Bins, count: usize) {
+fn merge(bins: &mut Bins, others: &Bins) {
     for (row, other) in bins.0.iter_mut().zip(&others.0) {
-        for bin in 0..count {
+        for bin in 0..MAX_BINS {
             row.bounds[bin] = row.bounds[bin].union(other.bounds[bin]);
             row.counts[bin] += other.counts[bin];
         }

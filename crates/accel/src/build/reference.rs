@@ -113,7 +113,7 @@ impl Box8 {
         [x, y, z, w]
     }
 
-    /// A box that holds one point.
+    /// A box that holds one point, with a fourth coordinate.
     #[inline(always)]
     pub(crate) fn point(point: [f32; 4]) -> Self {
         let [x, y, z, w] = point;

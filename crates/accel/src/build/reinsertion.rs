@@ -90,6 +90,12 @@ struct Node {
     subtree: [u32; 2],
 }
 
+/// Nodes that one search looks at, at most: where all boxes overlap, nothing bounds it.
+const MOST_VISITS: u32 = 4096;
+
+/// Nodes that are looked at for moves, at most.
+const MOST_NODES: usize = 1 << 20;
+
 impl Top {
     /// The part of a tree in which every inner node has at least this area.
     fn new(nodes: &[BinaryNode], least_area: f32) -> Self {
@@ -105,7 +111,7 @@ impl Top {
                 parent.children[usize::from(parent.children[0] != NONE)] = own;
             }
             top.nodes.push(Node { bounds, area, parent, children: [NONE; 2], subtree });
-            if !node.is_leaf() && area >= least_area {
+            if !node.is_leaf() && area >= least_area && top.nodes.len() < MOST_NODES {
                 let [left, right] = node.children(place);
                 pending.extend([([right, subtree[1]], own), ([left, right], own)]);
             }
@@ -122,11 +128,20 @@ impl Top {
         let mut is_changed = vec![false; self.nodes.len()];
         for one in &moves {
             let surroundings = self.surroundings(one);
-            if !surroundings.iter().any(|&node| is_changed[node as usize]) {
+            if !surroundings.iter().any(|&node| is_changed[node as usize]) && !self.is_below(one.to, one.node)
+            {
                 surroundings.iter().for_each(|&node| is_changed[node as usize] = true);
                 self.make(one);
             }
         }
+    }
+
+    /// Whether a node is another or lies below it: moves before may have brought it there.
+    fn is_below(&self, mut node: u32, other: u32) -> bool {
+        while node != other && node != 0 {
+            node = self.node(node).parent;
+        }
+        node == other
     }
 
     /// The areas of the nodes that have children.
@@ -155,9 +170,14 @@ impl Top {
         // What the move gains before it costs anything: the area of the parent, which goes, and what its ancestors shrink.
         let mut gained = self.node(parent).area;
         let mut pending = Vec::with_capacity(MAX_DEPTH as usize);
+        let mut visits = 0;
         loop {
             pending.push((gained, subtree));
             while let Some((gained, to)) = pending.pop() {
+                visits += 1;
+                if visits > MOST_VISITS {
+                    return (best.to != NONE).then_some(best);
+                }
                 if gained - area <= best.gain {
                     continue;
                 }

@@ -90,8 +90,9 @@ impl<V: Vertices> Splitter for SpatialSah<'_, V> {
         };
         if range.divisible > 0 && self.is_promising(&object.halves, object.axis) {
             let best = self.best_split(range, object.axis).filter(|split| split.cost < object.cost);
-            if let Some(halves) = best.and_then(|split| self.apply(range, &split)) {
-                return Some(halves);
+            if let Some(split) = best {
+                // A cut that fails has moved references about, so that the halves of the object split no longer hold.
+                return Some(self.apply(range, &split).unwrap_or_else(|| split_in_the_middle(range)));
             }
         }
         Some(object.halves)

@@ -1,6 +1,6 @@
 //! Ray against triangle: the watertight test that Sahl renders with, and the textbook test beside it.
 //!
-//! [`intersect`] is the definition. The traversal runs the same arithmetic on four triangles at a time and has to agree
+//! [`intersect`] is the definition. The traversal runs the same arithmetic on eight triangles at a time and has to agree
 //! with it to the last bit.
 
 use sahl_math::{Ray, Vec3};

@@ -136,7 +136,7 @@ pub(crate) struct Window<'a> {
 }
 
 /// For each octant, the lanes from far to near.
-pub(crate) const FAR_TO_NEAR: [[u32; WIDTH]; 8] = {
+pub(crate) static FAR_TO_NEAR: [[u32; WIDTH]; 8] = {
     let mut orders = [[0; WIDTH]; 8];
     let mut octant = 0;
     while octant < 8 {

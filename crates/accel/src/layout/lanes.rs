@@ -18,15 +18,15 @@ const MAX_ROUNDS: u32 = 8;
 /// lanes finds.
 pub(super) fn assign(boxes: &[Box8]) -> [usize; WIDTH] {
     let mut middle = [0.0; 3];
-    for lanes in boxes {
-        let center = lanes.doubled_center();
+    for one in boxes {
+        let center = one.doubled_center();
         middle = std::array::from_fn(|axis| middle[axis] + center[axis]);
     }
     let share = 1.0 / boxes.len() as f32;
-    // Box8 without a child hold a place without extent.
+    // Lanes without a child hold a place without extent.
     let mut offsets = [[0.0_f32; 3]; WIDTH];
-    for (offset, lanes) in offsets.iter_mut().zip(boxes) {
-        let center = lanes.doubled_center();
+    for (offset, one) in offsets.iter_mut().zip(boxes) {
+        let center = one.doubled_center();
         *offset = std::array::from_fn(|axis| center[axis] - middle[axis] * share);
     }
     let mut occupants: [usize; WIDTH] = std::array::from_fn(|lane| lane);

@@ -1,6 +1,6 @@
 //! Queries: the nearest hit, and whether there is any.
 //!
-//! Both run over one of two structures, the four-wide trees or the brute-force list. What is found on the way is held by a
+//! Both run over one of two structures, the eight-wide trees or the brute-force list. What is found on the way is held by a
 //! [`Search`], which decides whether to go on: one for the nearest hit, one for any.
 
 mod list;

@@ -2,7 +2,8 @@
 //!
 //! A packet visits every node that one of its rays may visit, by interval arithmetic on all of them at once: the lowest parameter at
 //! which any ray enters a box and the highest at which any leaves it. Only before a leaf is each ray held against the leaf's box, and
-//! those that meet it are tested one by one. So a packet finds what its rays find alone, to the last bit.
+//! those that meet it against its triangles: each ray against all of them, or each triangle against groups of rays, whichever is
+//! less. The arithmetic is the same either way.
 //!
 //! Rays that turn out to have little in common go their own ways, and so do those along an axis.
 
@@ -67,6 +68,9 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
     }
 }
 
+/// Nodes and leaves that are soon visited, whatever the rays share.
+const FEW_VISITS: u32 = 48;
+
 /// A packet that visits more nodes and leaves is dissolved.
 const MOST_VISITS: u32 = 1024;
 
@@ -85,7 +89,7 @@ struct Effort {
 impl Effort {
     /// Whether the rays would not have been faster alone: short ways always are, long ones if some rays share them to the leaves.
     fn is_worthwhile(self) -> bool {
-        self.visits <= 48 || self.visits <= MOST_VISITS && self.meetings >= 2 * self.leaves
+        self.visits <= FEW_VISITS || self.visits <= MOST_VISITS && self.meetings >= 2 * self.leaves
     }
 
     fn max(self, other: Self) -> Self {

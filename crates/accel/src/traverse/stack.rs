@@ -4,7 +4,7 @@ use crate::build::MAX_DEPTH;
 use crate::kernel::{Interval, Isa, Node, NodeRay, Octant, Row, WIDTH, Window};
 use crate::layout::Child;
 
-/// Levels that the conversion of a leaf may add below a binary tree.
+/// The level that a leaf adds which is the whole of a binary tree, with room to spare.
 const LEAF_LEVELS: u32 = 4;
 
 /// Entries that a node may leave pending for each level of the tree.
