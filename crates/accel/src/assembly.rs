@@ -111,7 +111,7 @@ impl<'a> Assembly<'a> {
             return nothing;
         };
         let appended = layout::append_tree(trees, &tree, &vertices, cost).or_else(|layout::TooLarge| {
-            layout::append_tree(trees, &build::build_compact(&tree), &vertices, cost)
+            layout::append_tree(trees, &build::build_compact(&tree, &vertices), &vertices, cost)
         });
         appended.unwrap_or_else(|layout::TooLarge| {
             // All references are taken, by this tree or those before it.

@@ -8,7 +8,7 @@ use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
-use crate::kernel::BLOCK_WIDTH;
+use crate::kernel::{BLOCK_WIDTH, WIDTH};
 use crate::layout::Vertices;
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
@@ -248,7 +248,7 @@ impl Vertices for TriangleVertices<'_> {
 
     /// All indices first, then all positions, so that the processor waits for many of them at a time.
     fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
-        let mut corners = [(&[] as &[Vec3], [0; 3]); BLOCK_WIDTH];
+        let mut corners = [(&[] as &[Vec3], [0; 3]); WIDTH * BLOCK_WIDTH];
         for (corners, &id) in corners.iter_mut().zip(ids) {
             let name = self.primitives.name(id);
             if let Some(Geometry::Triangles(mesh)) = self.world.geometries.get(name.geometry as usize)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rayon::ThreadPoolBuilder;
-use sahl_accel::{Accel, BuildOptions, TriangleMesh};
+use sahl_accel::{Accel, BuildOptions, Builder, TriangleMesh};
 
 use super::timing::{alternate, thread_seconds, wall_seconds};
 use super::world;
@@ -11,8 +11,9 @@ use crate::Result;
 use crate::embree::{Device, Embree, Isa, Quality, Scene, Settings};
 
 /// Sahl's ways to build. The first is what the summary compares.
-fn presets() -> [(&'static str, BuildOptions); 1] {
-    [("Sahl default", BuildOptions::default())]
+fn presets() -> [(&'static str, BuildOptions); 2] {
+    let with = |builder| BuildOptions { builder, ..BuildOptions::default() };
+    [("Sahl default", BuildOptions::default()), ("Sahl fast", with(Builder::Fast))]
 }
 
 /// Seconds of one contender.

@@ -6,6 +6,7 @@
 
 mod bins;
 mod clip;
+mod fast;
 mod median;
 mod reference;
 mod reinsertion;
@@ -19,6 +20,7 @@ use sahl_math::Bounds3;
 use crate::kernel::{BLOCK_WIDTH, Machine};
 use crate::layout::Vertices;
 use crate::options::{BuildOptions, Builder};
+use crate::primitive::Item;
 
 use bins::Binning;
 pub(crate) use reference::{Box8, Extent, Reference};
@@ -39,8 +41,27 @@ pub(crate) const MAX_LEAF: usize = BLOCK_WIDTH;
 pub(crate) struct BinaryTree {
     /// The root is node 0; the left child of node `i` is node `i + 1`.
     pub(crate) nodes: Vec<BinaryNode>,
-    /// The primitives in the order of the leaves.
-    pub(crate) references: Vec<Reference>,
+    /// What the leaves' ranges are of.
+    pub(crate) order: Order,
+}
+
+/// Primitives in the order of a tree's leaves.
+#[derive(Clone, Debug)]
+pub(crate) enum Order {
+    /// As the builder moved them about; there may be more than the leaves hold.
+    References(Vec<Reference>),
+    /// Nothing but what they are.
+    Items(Vec<Item>),
+}
+
+impl Order {
+    #[inline]
+    pub(crate) fn item(&self, place: usize) -> Item {
+        match self {
+            Self::References(references) => references[place].item(),
+            Self::Items(items) => items[place],
+        }
+    }
 }
 
 /// A node of [`BinaryTree`].
@@ -57,6 +78,11 @@ pub(crate) struct BinaryNode {
 impl BinaryNode {
     fn leaf(bounds: Bounds3, first: usize, count: usize) -> Self {
         Self { bounds, index: first as u32, count: count as u32 }
+    }
+
+    /// Makes a leaf hold other references.
+    fn set_range(&mut self, first: usize, count: usize) {
+        (self.index, self.count) = (first as u32, count as u32);
     }
 
     /// An inner node whose right child is not known yet.
@@ -102,6 +128,7 @@ pub(crate) fn build(
         Builder::Median => return Some(median::build(references, extent)),
         Builder::BinnedSah => (Cutting::DEFAULT, Effort::DEFAULT),
         Builder::HighQuality => (Cutting::HIGH, Effort::HIGH),
+        Builder::Fast => return Some(fast::build(&references, &extent, binning)),
     };
     let mut tree = spatial::build(references, extent, binning, cutting, vertices);
     reinsertion::optimize(&mut tree, effort);
@@ -109,14 +136,17 @@ pub(crate) fn build(
 }
 
 /// A tree with leaves as full as can be over what another holds, for when that has too many of them.
-pub(crate) fn build_compact(tree: &BinaryTree) -> BinaryTree {
+pub(crate) fn build_compact(tree: &BinaryTree, vertices: &impl Vertices) -> BinaryTree {
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    let mut parts: Vec<Reference> = leaves.flat_map(|leaf| &tree.references[leaf.range()]).copied().collect();
-    parts.sort_unstable_by_key(Reference::key);
-    let references: Vec<Reference> = parts
-        .chunk_by(|a, b| a.key() == b.key())
-        .map(|parts| parts[1..].iter().fold(parts[0], |whole, part| whole.joined(part)))
-        .collect();
+    let whole = |leaf: &BinaryNode, place: usize| match tree.order.item(place) {
+        item @ Item::Triangle(id) => Reference::around(vertices.triangle(id), item),
+        other => Reference::new(&leaf.bounds, other),
+    };
+    let mut references: Vec<Reference> =
+        leaves.flat_map(|leaf| leaf.range().map(move |place| whole(leaf, place))).collect();
+    // Parts of one triangle become one again.
+    references.sort_unstable_by_key(Reference::key);
+    references.dedup_by_key(|reference| reference.key());
     let extent = Extent::of(&references);
     median::build(references, extent)
 }

@@ -174,13 +174,6 @@ impl Reference {
         Self(bounds)
     }
 
-    /// A reference to both of two parts of one primitive.
-    pub(crate) fn joined(&self, other: &Self) -> Self {
-        let mut bounds = self.0.union(other.0);
-        (bounds.0.0[3], bounds.0.0[7]) = (self.0.0.0[3], self.0.0.0[7]);
-        Self(bounds)
-    }
-
     /// Stands for a primitive that is left out; neutral in an [`Extent`].
     pub(crate) const NONE: Self = Self(Box8::EMPTY);
 

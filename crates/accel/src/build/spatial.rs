@@ -14,7 +14,7 @@ use super::clip;
 use super::reference::{Box8, Extent, Reference};
 use super::sah::{split_in_the_middle, split_small};
 use super::split::{Halves, Range, Splitter, build_nodes};
-use super::{BinaryTree, sweep};
+use super::{BinaryTree, Order, sweep};
 use crate::kernel::{Isa, Lanes, Row, Task};
 use crate::layout::Vertices;
 
@@ -32,10 +32,10 @@ pub(super) struct Cutting {
 }
 
 impl Cutting {
-    /// Costs nothing where triangles are even, and a few hundredths of the time where they are not.
-    pub(super) const DEFAULT: Self = Self { share: 0.1, divisible: 1e-4, overlap: 1e-3, gain: 0.05 };
+    /// Costs nothing where triangles are even, and a tenth of the time where they are not.
+    pub(super) const DEFAULT: Self = Self { share: 0.2, divisible: 1e-4, overlap: 3e-4, gain: 0.03 };
     /// What is worth it where time does not count.
-    pub(super) const HIGH: Self = Self { share: 0.3, divisible: 1e-6, overlap: 1e-5, gain: 0.02 };
+    pub(super) const HIGH: Self = Self { share: 0.3, divisible: 1e-5, overlap: 1e-5, gain: 0.02 };
 }
 
 /// Builds by SAH with spatial splits.
@@ -54,7 +54,7 @@ pub(super) fn build(
     slots.resize(count + free.min(MAX_PARTS * divisible), Reference::NONE);
     let splitter = SpatialSah { binning, cutting, vertices, min_overlap: cutting.overlap * root_area };
     let nodes = build_nodes(Range { slots: &mut slots, count, divisible, extent }, &splitter);
-    BinaryTree { nodes, references: slots }
+    BinaryTree { nodes, order: Order::References(slots) }
 }
 
 /// The most parts a divisible triangle is cut into on average.

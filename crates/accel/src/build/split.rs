@@ -1,7 +1,7 @@
 //! What the top-down builders share: the recursion over slices, leaves of one kind, and the bound on the depth.
 
 use super::reference::{Extent, Reference};
-use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF};
+use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF, Order};
 
 /// Ranges of at least this many primitives are split by two threads.
 const PARALLEL_RECURSION: usize = 1 << 13;
@@ -93,7 +93,7 @@ pub(super) fn build_tree(
 ) -> BinaryTree {
     let count = references.len();
     let nodes = build_nodes(Range { slots: &mut references, count, divisible: 0, extent }, splitter);
-    BinaryTree { nodes, references }
+    BinaryTree { nodes, order: Order::References(references) }
 }
 
 /// The nodes of a tree.

@@ -43,8 +43,17 @@ fn tree_of(input: &[Reference], options: &BuildOptions, vertices: &impl Vertices
 
 /// What the leaves hold, from left to right.
 fn in_leaves(tree: &BinaryTree) -> impl Iterator<Item = &Reference> {
+    let Order::References(references) = &tree.order else { panic!("the builder keeps references") };
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    leaves.flat_map(|leaf| &tree.references[leaf.range()])
+    leaves.flat_map(|leaf| &references[leaf.range()])
+}
+
+/// The references of a tree that keeps them.
+fn references_of(tree: &BinaryTree) -> &[Reference] {
+    match &tree.order {
+        Order::References(references) => references,
+        Order::Items(_) => panic!("the builder keeps no boxes"),
+    }
 }
 
 /// Checks the shape of a tree and returns its depth.
@@ -59,7 +68,7 @@ fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
         visited += 1;
         let node = &tree.nodes[place as usize];
         if node.is_leaf() {
-            let references = &tree.references[node.range()];
+            let references = &references_of(tree)[node.range()];
             assert!(references.len() <= MAX_LEAF);
             assert!(references.len() == 1 || references.iter().all(Reference::is_triangle));
             let total = references.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
@@ -253,7 +262,7 @@ fn compact_trees_have_full_leaves_of_whole_triangles() {
     let input = triangles(&bounds);
     let tree = tree_of(&input, &options(Builder::HighQuality), &|id: u32| soup[id as usize]);
     assert!(in_leaves(&tree).count() > soup.len());
-    let compact = build_compact(&tree);
+    let compact = build_compact(&tree, &|id: u32| soup[id as usize]);
     check(&compact, &input);
     assert_eq!(in_leaves(&compact).count(), soup.len());
     let leaves = compact.nodes.iter().filter(|node| node.is_leaf()).count();

@@ -5,8 +5,10 @@ use sahl_math::Vec3;
 
 use super::plan::{Plan, Planner};
 use super::{Child, MAX_ROWS, Vertices, WideTree, WideTrees, lanes};
-use crate::build::{BinaryTree, Box8, Reference};
-use crate::kernel::{BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, NODE_ROWS, Row, WIDTH, set_child, set_triangle};
+use crate::build::{BinaryNode, BinaryTree, Box8};
+use crate::kernel::{
+    BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, NODE_ROWS, Row, WIDTH, set_child, set_triangle,
+};
 use crate::primitive::Item;
 
 /// Subtrees of at least this many rows are written by several threads.
@@ -119,23 +121,13 @@ impl<V: Vertices> Collapse<'_, V> {
     fn write(&self, place: u32, rows: &mut [Row], start: u32) -> Totals {
         let children = self.children(place);
         let is_large = rows.len() >= PARALLEL_ROWS;
-        let (node, mut rest) = rows.split_at_mut(NODE_ROWS);
-        let mut next = start + NODE_ROWS as u32;
-        let mut totals = Totals { nodes: 1, ..Totals::default() };
+        let (node, rest) = rows.split_at_mut(NODE_ROWS);
         let mut references = [Child::NOTHING; WIDTH];
-        for (reference, &child) in references.iter_mut().zip(children.as_slice()) {
-            let plan = self.plans[child as usize];
-            if plan.is_leaf() {
-                let (block, after) = rest.split_at_mut(plan.rows as usize);
-                if !block.is_empty() {
-                    self.write_block(child, block);
-                    totals.blocks += 1;
-                }
-                *reference = self.leaf(child, next).encode();
-                totals.leaves += 1;
-                (next, rest) = (next + plan.rows, after);
-            }
-        }
+        let (mut totals, size) =
+            self.write_leaves(&children, rest, start + NODE_ROWS as u32, &mut references);
+        totals.nodes = 1;
+        let (_, mut rest) = rest.split_at_mut(size);
+        let mut next = start + (NODE_ROWS + size) as u32;
         let mut tasks = Vec::new();
         for (reference, &child) in references.iter_mut().zip(children.as_slice()) {
             let plan = self.plans[child as usize];
@@ -157,6 +149,38 @@ impl<V: Vertices> Collapse<'_, V> {
         totals
     }
 
+    /// Writes the blocks of a node from the start of `rows` on, the first of which is row `next`, and the references to all its leaves;
+    /// returns what they are and how many rows they take.
+    fn write_leaves(
+        &self,
+        children: &Children,
+        rows: &mut [Row],
+        mut next: u32,
+        references: &mut [u32; WIDTH],
+    ) -> (Totals, usize) {
+        let mut blocks = Blocks::NONE;
+        let mut totals = Totals::default();
+        for (reference, &child) in references.iter_mut().zip(children.as_slice()) {
+            if self.plans[child as usize].is_leaf() {
+                totals.leaves += 1;
+                *reference = match self.items(child).next() {
+                    Some(Item::Patch(place)) => Child::Patch(place),
+                    Some(Item::Quadric(place)) => Child::Quadric(place),
+                    Some(Item::Instance(place)) => Child::Instance(place),
+                    Some(Item::Triangle(_)) | None => {
+                        blocks.push(self.items(child));
+                        next += BLOCK_ROWS as u32;
+                        Child::Block(next - BLOCK_ROWS as u32)
+                    }
+                }
+                .encode();
+            }
+        }
+        totals.blocks = blocks.count as u64;
+        blocks.write(self.vertices, rows);
+        (totals, blocks.count * BLOCK_ROWS)
+    }
+
     fn write_node(&self, children: &Children, references: &[u32; WIDTH], rows: &mut [Row]) {
         let mut boxes = [Box8::EMPTY; WIDTH];
         for (lanes, &child) in boxes.iter_mut().zip(children.as_slice()) {
@@ -170,48 +194,71 @@ impl<V: Vertices> Collapse<'_, V> {
         rows.copy_from_slice(&node);
     }
 
-    /// The leaf that a subtree becomes; if it is a block, `row` is its first row.
-    fn leaf(&self, place: u32, row: u32) -> Child {
-        match self.references(place).next().map(Reference::item) {
-            Some(Item::Patch(place)) => Child::Patch(place),
-            Some(Item::Quadric(place)) => Child::Quadric(place),
-            Some(Item::Instance(place)) => Child::Instance(place),
-            _ => Child::Block(row),
-        }
-    }
-
-    /// The references of a subtree that becomes one leaf.
-    fn references(&self, place: u32) -> impl Iterator<Item = &Reference> {
+    /// What a subtree holds that becomes one leaf.
+    fn items(&self, place: u32) -> impl Iterator<Item = Item> {
         // Its nodes follow each other; the ranges of its leaves need not.
         let mut last = place as usize;
         while !self.tree.nodes[last].is_leaf() {
             last = self.tree.nodes[last].children(last as u32)[1] as usize;
         }
         let leaves = self.tree.nodes[place as usize..=last].iter().filter(|node| node.is_leaf());
-        leaves.flat_map(|leaf| &self.tree.references[leaf.range()])
+        leaves.flat_map(BinaryNode::range).map(|place| self.tree.order.item(place))
+    }
+}
+
+/// The triangles of a node's blocks. They are fetched together, so that the processor waits for many of them at a time.
+struct Blocks {
+    ids: [u32; WIDTH * BLOCK_WIDTH],
+    /// Where each block ends among the ids.
+    ends: [usize; WIDTH],
+    count: usize,
+}
+
+impl Blocks {
+    const NONE: Self = Self { ids: [u32::MAX; WIDTH * BLOCK_WIDTH], ends: [0; WIDTH], count: 0 };
+
+    /// Where the next block begins among the ids.
+    fn end(&self) -> usize {
+        if self.count == 0 { 0 } else { self.ends[self.count - 1] }
     }
 
-    /// Writes the triangles of a subtree that becomes one block.
-    fn write_block(&self, place: u32, rows: &mut [Row]) {
-        let mut ids = [u32::MAX; BLOCK_WIDTH];
-        for (id, reference) in ids.iter_mut().zip(self.references(place)) {
-            *id = reference.place();
-        }
-        ids.sort_unstable();
-        // Parts of one triangle may have come together.
-        let mut count = 0;
-        for i in 0..BLOCK_WIDTH {
-            if ids[i] != u32::MAX && (count == 0 || ids[i] != ids[count - 1]) {
-                ids[count] = ids[i];
-                count += 1;
+    /// Adds a block of triangles; the ids ascend and are distinct.
+    fn push(&mut self, items: impl Iterator<Item = Item>) {
+        let start = self.end();
+        let ids = &mut self.ids[start..start + BLOCK_WIDTH];
+        let mut found = 0;
+        for (id, item) in ids.iter_mut().zip(items) {
+            if let Item::Triangle(triangle) = item {
+                *id = triangle;
+                found += 1;
             }
         }
-        let mut triangles = [[Vec3::ZERO; 3]; BLOCK_WIDTH];
-        self.vertices.triangles(&ids[..count], &mut triangles);
-        let mut block = EMPTY_BLOCK;
-        for (lane, (&id, &vertices)) in ids[..count].iter().zip(&triangles).enumerate() {
-            set_triangle(&mut block, lane, vertices, id);
+        ids[..found].sort_unstable();
+        // Parts of one triangle may have come together.
+        let mut distinct = 0;
+        for i in 0..found {
+            if distinct == 0 || ids[i] != ids[distinct - 1] {
+                ids[distinct] = ids[i];
+                distinct += 1;
+            }
         }
-        rows.copy_from_slice(&block);
+        self.ends[self.count] = start + distinct;
+        self.count += 1;
+    }
+
+    /// Writes the blocks one after the other.
+    fn write(&self, vertices: &impl Vertices, rows: &mut [Row]) {
+        let mut triangles = [[Vec3::ZERO; 3]; WIDTH * BLOCK_WIDTH];
+        vertices.triangles(&self.ids[..self.end()], &mut triangles);
+        let mut start = 0;
+        for (&end, rows) in self.ends[..self.count].iter().zip(rows.chunks_exact_mut(BLOCK_ROWS)) {
+            let mut block = EMPTY_BLOCK;
+            let ids = &self.ids[start..end];
+            for (lane, (&id, &vertices)) in ids.iter().zip(&triangles[start..end]).enumerate() {
+                set_triangle(&mut block, lane, vertices, id);
+            }
+            rows.copy_from_slice(&block);
+            start = end;
+        }
     }
 }

@@ -156,7 +156,7 @@ impl Child {
 pub(crate) trait Vertices: Sync {
     fn triangle(&self, id: u32) -> [Vec3; 3];
 
-    /// Those of several triangles, in the order of `ids`.
+    /// Those of up to 64 triangles, in the order of `ids`.
     fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
         for (&id, triangle) in ids.iter().zip(found) {
             *triangle = self.triangle(id);

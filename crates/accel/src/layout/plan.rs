@@ -126,11 +126,11 @@ impl<C: Fn(Item) -> f32 + Sync> Planner<'_, C> {
 
     fn leaf(&self, node: &BinaryNode) -> Cost {
         let area = node.bounds.half_area();
-        let references = &self.tree.references[node.range()];
-        if references[0].is_triangle() {
-            return Cost::leaf(area * BLOCK_COST, area, references.len() as u32, BLOCK_ROWS as u32);
+        let range = node.range();
+        match self.tree.order.item(range.start) {
+            Item::Triangle(_) => Cost::leaf(area * BLOCK_COST, area, range.len() as u32, BLOCK_ROWS as u32),
+            other => Cost::leaf(area * (self.other_cost)(other), area, Cost::MANY, 0),
         }
-        Cost::leaf(area * (self.other_cost)(references[0].item()), area, Cost::MANY, 0)
     }
 }
 

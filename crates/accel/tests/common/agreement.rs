@@ -6,7 +6,8 @@ use sahl_math::{Ray, Vec3};
 use super::build;
 
 /// The builders that make trees.
-pub(crate) const TREES: [Builder; 3] = [Builder::BinnedSah, Builder::HighQuality, Builder::Median];
+pub(crate) const TREES: [Builder; 4] =
+    [Builder::BinnedSah, Builder::HighQuality, Builder::Fast, Builder::Median];
 
 /// The tiers that this processor has.
 pub(crate) fn tiers() -> impl Iterator<Item = Tier> {
