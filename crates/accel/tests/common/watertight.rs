@@ -1,7 +1,7 @@
 //! Rays at the vertices and edges of closed bodies: none may get out, none may hit the surface it starts from.
 
-use sahl_accel::{Accel, Hit};
-use sahl_math::{Ray, Vec3};
+use sahl_accel::{Accel, Geometry, Hit};
+use sahl_math::{Ray, Vec3, solve_quadratic};
 
 use super::Random;
 use super::meshes::Body;
@@ -91,8 +91,6 @@ pub(crate) struct Volley {
     pub(crate) queries: Queries,
     /// How many primary rays, each followed by four spawned ones; somewhat fewer where the aim leaves some out.
     pub(crate) count: u64,
-    /// A primitive may meet a straight ray twice, so that only hits next to the origin are wrong.
-    pub(crate) curved: bool,
 }
 
 /// Shoots a volley in a world that consists of the body.
@@ -108,7 +106,7 @@ pub(crate) fn shoot(accel: &Accel, body: &Body, volley: &Volley, random: &mut Ra
         tally.unoccluded += volley.queries.unoccluded(accel, &rays);
         let hits = volley.queries.nearest(accel, &rays);
         tally.escaped += hits.iter().filter(|hit| hit.is_none()).count() as u64;
-        follow(accel, &rays, &hits, volley, random, &mut tally);
+        follow(accel, (&rays, &hits), volley, random, &mut tally);
     }
     tally
 }
@@ -159,8 +157,7 @@ fn aimed(body: &Body, aim: Aim, mut origin: Vec3, target: Vec3, random: &mut Ran
 /// Spawns rays from hits: onwards, back, and in random directions on both sides.
 fn follow(
     accel: &Accel,
-    rays: &[Ray],
-    hits: &[Option<Hit>],
+    (rays, hits): (&[Ray], &[Option<Hit>]),
     volley: &Volley,
     random: &mut Random,
     tally: &mut Tally,
@@ -176,19 +173,58 @@ fn follow(
         for (rays, direction) in spawned.iter_mut().zip(directions) {
             rays.push(spawn(direction));
         }
-        sources.push((hit, (ray.origin - point.p).length()));
+        sources.push(hit);
     }
     for (kind, rays) in spawned.iter().enumerate() {
         let next = volley.queries.nearest(accel, rays);
-        for ((ray, next), (hit, distance)) in rays.iter().zip(next).zip(&sources) {
-            let Some(next) = next else {
-                tally.leaked_back += u64::from(kind == 0);
-                continue;
-            };
-            let same =
-                (next.instance, next.geometry, next.primitive) == (hit.instance, hit.geometry, hit.primitive);
-            let close = next.t * ray.direction.length() <= 1e-4 * distance;
-            tally.hit_origin += u64::from(same && (close || !volley.curved));
+        for ((ray, next), hit) in rays.iter().zip(next).zip(&sources) {
+            match next {
+                Some(next) => tally.hit_origin += u64::from(is_own_origin(accel, ray, hit, &next)),
+                None => tally.leaked_back += u64::from(kind == 0),
+            }
         }
     }
+}
+
+/// Whether a ray that was spawned from a hit wrongly hits what it was spawned from.
+pub(crate) fn is_own_origin(accel: &Accel, ray: &Ray, hit: &Hit, next: &Hit) -> bool {
+    let name = |hit: &Hit| (hit.instance, hit.geometry, hit.primitive);
+    if name(next) != name(hit) {
+        return false;
+    }
+    // Only a patch that is not flat may meet a straight ray twice.
+    match accel.geometry(hit.geometry) {
+        Geometry::Patches(mesh) if hit.instance == Hit::NO_INSTANCE => {
+            let corners = mesh.indices[hit.primitive as usize].map(|index| mesh.positions[index as usize]);
+            !meets_again(&corners, ray, next.t)
+        }
+        _ => true,
+    }
+}
+
+/// Whether a ray that starts next to a patch, on the side to which it goes, crosses it at `t`: by `f64`, in coordinates in which
+/// the patch is `z = x y`.
+fn meets_again(corners: &[Vec3; 4], ray: &Ray, t: f32) -> bool {
+    let double = |v: Vec3| [v.x, v.y, v.z].map(f64::from);
+    let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    };
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let [p00, p10, p01, p11] = corners.map(double);
+    let (a, b) = (minus(p10, p00), minus(p01, p00));
+    let twist = minus(minus(p11, p10), b);
+    // A flat patch has no such coordinates: they are not finite, and no comparison holds.
+    let volume = dot(a, cross(b, twist));
+    let coordinates = |v: [f64; 3]| {
+        [dot(v, cross(b, twist)), dot(v, cross(twist, a)), dot(v, cross(a, b))].map(|x| x / volume)
+    };
+    let [x, y, z] = coordinates(minus(double(ray.origin), p00));
+    let [dx, dy, dz] = coordinates(double(ray.direction));
+    let (c0, c1, c2) = (x * y - z, x * dy + dx * y - dz, dx * dy);
+    // How far it is off the surface grows at first.
+    let starts_outside = c0 * c1 > 0.0;
+    let t = f64::from(t);
+    let is_root = |root: f64| (root - t).abs() <= 1e-3 * t;
+    starts_outside && solve_quadratic(c2, c1, c0).is_some_and(|(low, high)| is_root(low) || is_root(high))
 }
