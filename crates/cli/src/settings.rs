@@ -185,8 +185,8 @@ impl Edits {
     fn apply_integrator(&self, integrator: &mut Integrator) -> Result<(), Failure> {
         let (depth, sampler) = match *integrator {
             Integrator::Path { max_depth, light_sampler } => (max_depth, light_sampler),
-            Integrator::Whitted { max_depth } => (max_depth, LightSampler::Power),
-            Integrator::Ao { .. } | Integrator::Normals => (5, LightSampler::Power),
+            Integrator::Whitted { max_depth } => (max_depth, LightSampler::default()),
+            Integrator::Ao { .. } | Integrator::Normals => (5, LightSampler::default()),
         };
         match self.integrator {
             None => {}

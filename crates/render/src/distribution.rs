@@ -273,12 +273,13 @@ impl AliasTable {
 
     /// Draws an outcome: its number, its probability, and a number in [0, 1) that is uniform again.
     ///
-    /// `None` if there are no outcomes.
+    /// `u` needs more than the 24 bits of an `f32` where there are more than some thousand outcomes: their number takes
+    /// the first bits, and what is left decides between a bin's own outcome and its alias. `None` if there are no outcomes.
     #[inline]
-    pub fn sample(&self, u: f32) -> Option<(usize, f32, f32)> {
-        let scaled = u * self.bins.len() as f32;
+    pub fn sample(&self, u: f64) -> Option<(usize, f32, f32)> {
+        let scaled = u * self.bins.len() as f64;
         let index = (scaled as usize).min(self.bins.len().checked_sub(1)?);
-        let (bin, within) = (&self.bins[index], (scaled - index as f32).min(BELOW_ONE));
+        let (bin, within) = (&self.bins[index], ((scaled - index as f64) as f32).min(BELOW_ONE));
         Some(if within < bin.share {
             (index, bin.pmf, (within / bin.share).min(BELOW_ONE))
         } else {

@@ -133,9 +133,9 @@ fn tables() {
     let alias = AliasTable::new(&weights);
     let probabilities: Vec<f32> = (0..weights.len()).map(|i| alias.pmf(i)).collect();
     let test = DiscreteTest { samples: SAMPLES, tests: TESTS, ..DiscreteTest::default() };
-    test.run(|u| alias.sample(u).map(|(outcome, ..)| outcome), &probabilities).unwrap();
+    test.run(|u| alias.sample(f64::from(u)).map(|(outcome, ..)| outcome), &probabilities).unwrap();
     let reused = LineTest { samples: SAMPLES, tests: TESTS, ..LineTest::default() };
-    reused.run(|u| alias.sample(u).map(|(_, _, rest)| rest), |_| 1.0).unwrap();
+    reused.run(|u| alias.sample(f64::from(u)).map(|(_, _, rest)| rest), |_| 1.0).unwrap();
 }
 
 /// A filter of every kind; a new kind must be added here for this to compile, and then to [`filters`].

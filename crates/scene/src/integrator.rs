@@ -27,9 +27,12 @@ pub enum Integrator {
 }
 
 /// How one light is chosen of many.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LightSampler {
-    /// In proportion to emitted power.
+    /// By an estimate of the light that arrives at the point in question, through a tree over the lights (pbrt's `bvh`).
+    #[default]
+    Tree,
+    /// In proportion to emitted power, wherever the point.
     Power,
     /// All alike.
     Uniform,
@@ -38,6 +41,6 @@ pub enum LightSampler {
 impl Default for Integrator {
     /// Path tracing to pbrt's default depth.
     fn default() -> Self {
-        Self::Path { max_depth: 5, light_sampler: LightSampler::Power }
+        Self::Path { max_depth: 5, light_sampler: LightSampler::Tree }
     }
 }

@@ -64,7 +64,7 @@ pub(crate) fn frame(scene: &mut SceneDesc) {
     let surroundings = Surroundings::new(&soup, center);
     if surroundings.is_enclosed(radius * 0.02) {
         frame_place(scene, &bounds, &soup, &surroundings);
-        let mut light_sampler = LightSampler::Power;
+        let mut light_sampler = LightSampler::default();
         if !has_emitters {
             light_place(scene, &bounds, &surroundings);
             // By power the sky outside would get nearly every sample, and the lamp inside none.

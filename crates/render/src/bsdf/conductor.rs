@@ -3,7 +3,7 @@
 use sahl_math::{Vec2, Vec3};
 
 use super::microfacet::TrowbridgeReitz;
-use super::{BsdfSample, Scatter, ScatterKind, flip_z, fresnel};
+use super::{BsdfSample, Reach, Scatter, ScatterKind, flip_z, fresnel};
 use crate::spectrum::Spectrum;
 
 /// Reflects by Fresnel's equations for a complex index of refraction, from a smooth or a rough surface, on both sides.
@@ -98,6 +98,11 @@ impl Scatter for Conductor {
     #[inline]
     fn is_specular(&self) -> bool {
         self.facets.is_none()
+    }
+
+    #[inline]
+    fn reach(&self) -> Reach {
+        Reach::OneSide
     }
 
     #[inline]

@@ -3,7 +3,7 @@
 use sahl_math::{Vec2, Vec3};
 
 use super::microfacet::TrowbridgeReitz;
-use super::{BsdfSample, Scatter, ScatterKind, flip_z, fresnel};
+use super::{BsdfSample, Reach, Scatter, ScatterKind, flip_z, fresnel};
 use crate::spectrum::Spectrum;
 
 /// Reflects and refracts by Fresnel's equations, at a smooth or a rough surface.
@@ -204,6 +204,11 @@ impl Scatter for Dielectric {
     #[inline]
     fn is_specular(&self) -> bool {
         self.facets.is_none()
+    }
+
+    #[inline]
+    fn reach(&self) -> Reach {
+        Reach::BothSides
     }
 
     #[inline]

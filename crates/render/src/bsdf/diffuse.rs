@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use sahl_math::{Vec2, Vec3};
 
-use super::{BsdfSample, Scatter, ScatterKind};
+use super::{BsdfSample, Reach, Scatter, ScatterKind};
 use crate::spectrum::Spectrum;
 use crate::warp;
 
@@ -52,6 +52,11 @@ impl Scatter for Diffuse {
     #[inline]
     fn is_specular(&self) -> bool {
         false
+    }
+
+    #[inline]
+    fn reach(&self) -> Reach {
+        Reach::OneSide
     }
 
     #[inline]

@@ -86,12 +86,24 @@ impl ScatterKind {
     }
 }
 
+/// From where light can be scattered to a viewer, for the choice among many lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// From the viewer's side of the surface, weighted by the cosine.
+    OneSide,
+    /// From both sides, weighted by the cosine.
+    BothSides,
+    /// From all directions alike: the cosine does not matter, as for a fibre.
+    Everywhere,
+}
+
 /// What each kind of BSDF has to provide: see the methods of [`Bsdf`].
 trait Scatter: Copy {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum;
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32;
     fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample>;
     fn is_specular(&self) -> bool;
+    fn reach(&self) -> Reach;
     fn albedo(&self, wo: Vec3) -> Spectrum;
 }
 
@@ -132,6 +144,12 @@ macro_rules! bsdfs {
             #[inline]
             pub fn is_specular(&self) -> bool {
                 match self { $(Self::$Kind(bsdf) => bsdf.is_specular()),+ }
+            }
+
+            /// From where light can be scattered to the viewer; lights elsewhere need not be asked.
+            #[inline]
+            pub fn reach(&self) -> Reach {
+                match self { $(Self::$Kind(bsdf) => bsdf.reach()),+ }
             }
 
             /// A cheap estimate of the share of light scattered to `wo`, for the albedo AOV.

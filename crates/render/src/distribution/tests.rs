@@ -35,7 +35,7 @@ fn nothing_of_zero_probability_is_drawn() {
     for u in (0..1000).map(|i| i as f32 / 1000.0).chain([0.0, 1e-30, below_one]) {
         let (x, pdf, entry) = line.sample(u);
         assert!(values[entry] > 0.0 && pdf > 0.0 && x < 1.0 && pdf == line.pdf(x), "{u}: {x}");
-        let (outcome, pmf, rest) = alias.sample(u).unwrap();
+        let (outcome, pmf, rest) = alias.sample(f64::from(u)).unwrap();
         assert!(values[outcome] > 0.0 && pmf > 0.0 && (0.0..1.0).contains(&rest), "{u}: {outcome}");
     }
 }

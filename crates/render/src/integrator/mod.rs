@@ -108,11 +108,7 @@ pub(crate) fn new(
 ) -> Box<dyn TileRenderer> {
     match *description {
         sahl_scene::Integrator::Path { max_depth, light_sampler } => {
-            let selection = match light_sampler {
-                sahl_scene::LightSampler::Power => LightSelection::by_power(lights, scene_radius),
-                sahl_scene::LightSampler::Uniform => LightSelection::uniform(lights, scene_radius),
-            };
-            Box::new(Path::new(max_depth, selection))
+            Box::new(Path::new(max_depth, LightSelection::new(light_sampler, lights, scene_radius)))
         }
         sahl_scene::Integrator::Whitted { max_depth } => Box::new(Whitted::new(max_depth)),
         sahl_scene::Integrator::Ao { max_distance } => Box::new(AmbientOcclusion::new(max_distance)),

@@ -10,7 +10,7 @@ use sahl_math::{Ray, Vec3};
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
 use crate::interaction::Interaction;
-use crate::light::LightSelection;
+use crate::light::{LightSelection, Vantage};
 use crate::spectrum::Spectrum;
 
 /// Path tracing with next-event estimation, multiple importance sampling and Russian roulette.
@@ -29,8 +29,8 @@ const LATE_SURVIVAL: f32 = 0.95;
 /// How a path came to where it is.
 #[derive(Clone, Copy)]
 struct Arrival {
-    /// The point that the last ray left.
-    from: Vec3,
+    /// The point that the last ray left, as lights are chosen from it.
+    from: Vantage,
     /// The density with which its direction was sampled; `None` where no light could have been sampled instead: from
     /// the camera and after a delta lobe.
     pdf: Option<f32>,
@@ -46,17 +46,17 @@ impl Path {
     #[inline]
     fn weight_of_bsdf(&self, arrival: &Arrival, light: u32, light_pdf: impl FnOnce() -> f32) -> f32 {
         let Some(pdf) = arrival.pdf else { return 1.0 };
-        let pmf = self.selection.pmf(light);
+        let pmf = self.selection.pmf(&arrival.from, light);
         if pmf == 0.0 { 1.0 } else { power_heuristic(pdf, pmf * light_pdf()) }
     }
 
     /// Radiance of lights at infinity along a ray that left the scene.
-    fn escaped(&self, tracer: &Tracer<'_>, direction: Vec3, arrival: &Arrival) -> Spectrum {
+    fn escaped(&self, tracer: &Tracer<'_>, ray: &Ray, arrival: &Arrival) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
         for &index in &tracer.scene.environments {
             let light = &tracer.scene.lights[index as usize];
-            let weight = self.weight_of_bsdf(arrival, index, || light.escaped_pdf(direction));
-            radiance += light.escaped(direction, &tracer.wavelengths) * weight;
+            let weight = self.weight_of_bsdf(arrival, index, || light.escaped_pdf(ray.direction));
+            radiance += light.escaped(ray.direction, &tracer.wavelengths) * weight;
         }
         radiance
     }
@@ -69,13 +69,15 @@ impl Path {
         if emitted.is_zero() {
             return emitted;
         }
-        emitted * self.weight_of_bsdf(arrival, at.light, || light.pdf(arrival.from, at))
+        emitted * self.weight_of_bsdf(arrival, at.light, || light.pdf(arrival.from.p, at))
     }
 
     /// Light from one light, chosen at random, that the surface scatters along the path.
     #[inline]
-    fn direct(&self, tracer: &mut Tracer<'_>, scattering: &Scattering<'_>) -> Spectrum {
-        let Some(choice) = self.selection.choose(tracer.sampler.next_1d()) else { return Spectrum::ZERO };
+    fn direct(&self, tracer: &mut Tracer<'_>, scattering: &Scattering<'_>, from: &Vantage) -> Spectrum {
+        let Some(choice) = self.selection.choose(from, tracer.sampler.next_1d()) else {
+            return Spectrum::ZERO;
+        };
         let scene = tracer.scene;
         let light = &scene.lights[choice.light as usize];
         scattering.light_from(light, tracer, |sample, bsdf_pdf| {
@@ -92,12 +94,12 @@ impl Integrator for Path {
         let mut throughput = Spectrum::ONE;
         // The product of squared indices that the radiance was divided by: it comes back where the path leaves the glass.
         let mut eta_scale = 1.0;
-        let mut arrival = Arrival { from: ray.origin, pdf: None };
+        let mut arrival = Arrival { from: Vantage::in_space(ray.origin), pdf: None };
         let mut depth = 0;
         loop {
             // Find the next surface, or end with the light of the sky.
             let Some(at) = tracer.nearest(&ray) else {
-                return radiance + throughput * self.escaped(tracer, ray.direction, &arrival);
+                return radiance + throughput * self.escaped(tracer, &ray, &arrival);
             };
             let wo = -ray.direction;
 
@@ -112,8 +114,10 @@ impl Integrator for Path {
 
             // Add light that comes straight from a light.
             let bsdf = tracer.bsdf(&at);
+            let vantage = Vantage::on_surface(&at, wo, bsdf.reach());
             if !bsdf.is_specular() && !self.selection.is_empty() {
-                radiance += throughput * self.direct(tracer, &Scattering { at: &at, bsdf: &bsdf, wo });
+                radiance +=
+                    throughput * self.direct(tracer, &Scattering { at: &at, bsdf: &bsdf, wo }, &vantage);
             }
 
             // Sample the direction from which the rest of the light comes.
@@ -125,7 +129,7 @@ impl Integrator for Path {
             }
             throughput *= sample.weight;
             eta_scale *= sample.eta * sample.eta;
-            arrival = Arrival { from: at.p, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
+            arrival = Arrival { from: vantage, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
             ray = at.spawn(wi);
 
             // End dim paths at random, and make up for them with the others.

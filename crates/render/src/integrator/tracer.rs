@@ -62,10 +62,10 @@ impl<'a> Tracer<'a> {
 
     /// Radiance that arrives along a ray that left the scene.
     #[inline]
-    pub(crate) fn escaped(&self, direction: Vec3) -> Spectrum {
+    pub(crate) fn escaped(&self, ray: &Ray) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
         for &light in &self.scene.environments {
-            radiance += self.scene.lights[light as usize].escaped(direction, &self.wavelengths);
+            radiance += self.scene.lights[light as usize].escaped(ray.direction, &self.wavelengths);
         }
         radiance
     }

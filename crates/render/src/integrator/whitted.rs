@@ -35,7 +35,7 @@ impl Whitted {
     }
 
     fn trace(&self, tracer: &mut Tracer<'_>, ray: &Ray, share: Spectrum, depth: u32) -> Spectrum {
-        let Some(at) = tracer.nearest(ray) else { return tracer.escaped(ray.direction) };
+        let Some(at) = tracer.nearest(ray) else { return tracer.escaped(ray) };
         let wo = -ray.direction;
         let mut radiance = tracer.emitted(&at, wo);
         let bsdf = tracer.bsdf(&at);

@@ -2,9 +2,9 @@
 
 use std::f32::consts::PI;
 
-use sahl_math::{Vec2, Vec3};
+use sahl_math::{Bounds3, Vec2, Vec3, safe_acos};
 
-use super::LightSample;
+use super::{Cone, LightBounds, LightSample};
 use crate::shape::Emitter;
 use crate::spectrum::{SpectralCurve, Spectrum, Wavelengths};
 
@@ -20,6 +20,11 @@ impl Emission {
     #[inline]
     pub(crate) fn at(&self, wavelengths: &Wavelengths) -> Spectrum {
         self.curve.at(wavelengths) * self.scale
+    }
+
+    /// Its size, for comparison with other emission: the mean of the lanes in RGB.
+    pub(crate) fn mean(&self) -> f32 {
+        self.at(&Wavelengths::Rgb).average()
     }
 
     /// Whether there is no light at any wavelength.
@@ -87,6 +92,17 @@ impl SpotLight {
     pub(super) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
         self.intensity.at(wavelengths) * self.effective_solid_angle()
     }
+
+    /// The inner cone is what the light faces, and its border what it reaches beyond.
+    pub(super) fn bounds(&self) -> LightBounds {
+        LightBounds {
+            bounds: Bounds3::from_points([self.position]),
+            facing: Cone { axis: self.direction, cos: self.cos_inner },
+            cos_reach: (safe_acos(self.cos_outer) - safe_acos(self.cos_inner)).cos(),
+            two_sided: false,
+            intensity: self.intensity.mean(),
+        }
+    }
 }
 
 /// Parallel light.
@@ -139,6 +155,19 @@ impl AreaLight {
     pub(super) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         self.radiance.at(wavelengths) * (PI * self.emitter.area() * sides)
+    }
+
+    pub(super) fn bounds(&self) -> LightBounds {
+        let facing = self.emitter.facing();
+        // Seen from anywhere, a closed convex surface shows a quarter of its area (Cauchy).
+        let seen = if facing.cos <= -1.0 { 0.25 } else { 1.0 };
+        LightBounds {
+            bounds: self.emitter.bounds(),
+            facing,
+            cos_reach: 0.0,
+            two_sided: self.two_sided,
+            intensity: self.radiance.mean() * self.emitter.area() * seen,
+        }
     }
 }
 

@@ -10,6 +10,7 @@ mod environment;
 mod kinds;
 mod projection;
 mod select;
+mod tree;
 
 use sahl_math::{Vec2, Vec3};
 
@@ -20,7 +21,9 @@ use crate::spectrum::{Spectrum, Wavelengths};
 pub(crate) use environment::{ImageEnvironment, is_rigid};
 pub(crate) use kinds::{AreaLight, DistantLight, Emission, PointLight, SpotLight};
 pub(crate) use projection::SphereMap;
-pub(crate) use select::LightSelection;
+pub(crate) use select::{LightSelection, Vantage};
+pub(crate) use tree::Cone;
+use tree::LightBounds;
 
 /// A source of light.
 #[derive(Clone, Debug)]
@@ -126,6 +129,16 @@ impl Light {
             Self::Area(light) => light.power(wavelengths),
             Self::Uniform(radiance) => radiance.at(wavelengths) * (4.0 * PI * cross_section),
             Self::Image(light) => light.mean(wavelengths) * (4.0 * PI * cross_section),
+        }
+    }
+
+    /// Where the light is, where it shines, and how strongly; `None` for lights that are infinitely far away.
+    fn bounds(&self) -> Option<LightBounds> {
+        match self {
+            Self::Point(light) => Some(LightBounds::point(light.position, light.intensity.mean())),
+            Self::Spot(light) => Some(light.bounds()),
+            Self::Area(light) => Some(light.bounds()),
+            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) => None,
         }
     }
 

@@ -1,13 +1,44 @@
 //! The choice of one light among many.
+//!
+//! Design decision: a choice is made from a [`Vantage`], the point that is lit with what is known of its orientation, and
+//! [`LightSelection::pmf`] tells the probability of that choice for a light that was found otherwise. Few lights, and
+//! scenes that ask for it, are chosen from one table, which is the same everywhere. Many are chosen by a tree that
+//! estimates how much of each group arrives at the vantage; what is infinitely far away stands beside the tree, with the
+//! same share for each such light and for the tree as a whole.
+//!
+//! Deliberately absent: visibility. A light behind a wall is chosen as if the wall were not there.
+//!
+//! In a scene file: `Integrator "path" "string lightsampler" "bvh"`, which is the default, `"power"`, or `"uniform"`.
 
+use sahl_math::Vec3;
+use sahl_scene::LightSampler;
+
+use super::tree::LightTree;
+use crate::bsdf::Reach;
 use crate::distribution::AliasTable;
+use crate::interaction::Interaction;
 use crate::light::Light;
+use crate::sampler::mix;
 use crate::spectrum::Wavelengths;
+
+/// Up to this many lights one table serves as well as a tree, and costs a tenth.
+const MOST_IN_TABLE: usize = 4;
 
 /// How lights are chosen for direct lighting.
 #[derive(Clone, Debug)]
-pub(crate) struct LightSelection {
-    table: AliasTable,
+pub(crate) enum LightSelection {
+    /// With the same probabilities at every point.
+    Table(AliasTable),
+    /// By the light that arrives.
+    Tree(Box<TreeSelection>),
+}
+
+/// A tree, and what stands beside it.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeSelection {
+    tree: LightTree,
+    /// Lights that are infinitely far away, in order.
+    infinite: Box<[u32]>,
 }
 
 /// A light and the probability with which it was chosen.
@@ -17,49 +48,169 @@ pub(crate) struct LightChoice {
     pub(crate) pmf: f32,
 }
 
-impl LightSelection {
-    /// A choice in proportion to `weights`, one a light: none at all if they are all zero.
-    pub(crate) fn new(weights: &[f32]) -> Self {
-        let any = weights.iter().any(|&weight| weight > 0.0);
-        Self { table: AliasTable::new(if any { weights } else { &[] }) }
-    }
+/// A point that is to be lit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vantage {
+    pub(crate) p: Vec3,
+    pub(crate) facing: Facing,
+}
 
-    /// In proportion to the power of each light in a scene of the given radius.
-    ///
-    /// Environments of one radiance are never chosen: sampling the BSDF finds them at least as well, because it knows
-    /// the cosine, and they have no structure to look for.
-    pub(crate) fn by_power(lights: &[Light], scene_radius: f32) -> Self {
-        Self::by(lights, scene_radius, |power| power)
-    }
+/// From which directions light matters at a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Facing {
+    /// From all alike: a point of a medium or of a fibre.
+    All,
+    /// From the side of this unit normal, by the cosine.
+    Side(Vec3),
+    /// From both sides of a surface of this unit normal, by the cosine.
+    Sides(Vec3),
+}
 
-    /// All alike, but for lights that have no power and environments of one radiance.
-    pub(crate) fn uniform(lights: &[Light], scene_radius: f32) -> Self {
-        Self::by(lights, scene_radius, |power| if power > 0.0 { 1.0 } else { 0.0 })
-    }
-
-    fn by(lights: &[Light], scene_radius: f32, weight: impl Fn(f32) -> f32) -> Self {
-        let weight = |light: &Light| match light {
-            Light::Uniform(_) => 0.0,
-            _ => weight(light.power(scene_radius, &Wavelengths::default()).average()),
-        };
-        Self::new(&lights.iter().map(weight).collect::<Vec<f32>>())
-    }
-
-    /// The light that `u` chooses; `None` if there is none to choose.
+impl Vantage {
+    /// A point of a surface that is seen along `wo` and scatters light with the given reach.
     #[inline]
-    pub(crate) fn choose(&self, u: f32) -> Option<LightChoice> {
-        let (light, pmf, _) = self.table.sample(u)?;
+    pub(crate) fn on_surface(at: &Interaction, wo: Vec3, reach: Reach) -> Self {
+        let facing = match reach {
+            Reach::OneSide => Facing::Side(at.shading.z.face_forward(wo)),
+            Reach::BothSides => Facing::Sides(at.shading.z),
+            Reach::Everywhere => Facing::All,
+        };
+        Self { p: at.p, facing }
+    }
+
+    /// A point in space, without a surface.
+    #[inline]
+    pub(crate) fn in_space(p: Vec3) -> Self {
+        Self { p, facing: Facing::All }
+    }
+}
+
+impl LightSelection {
+    /// The selection that a scene asks for, whose surfaces lie in a sphere of the given radius.
+    ///
+    /// Lights without power are never chosen. Neither are environments of one radiance: sampling the BSDF finds them at
+    /// least as well, because it knows the cosine, and they have no structure to look for.
+    pub(crate) fn new(sampler: LightSampler, lights: &[Light], scene_radius: f32) -> Self {
+        let power = |light: &Light| match light {
+            Light::Uniform(_) => 0.0,
+            _ => light.power(scene_radius, &Wavelengths::default()).average(),
+        };
+        let weights: Vec<f32> = lights.iter().map(power).collect();
+        let candidates = weights.iter().filter(|&&weight| weight > 0.0).count();
+        match sampler {
+            LightSampler::Tree if candidates > MOST_IN_TABLE => {
+                Self::Tree(Box::new(TreeSelection::new(lights, &weights)))
+            }
+            LightSampler::Tree | LightSampler::Power => Self::from_weights(&weights),
+            LightSampler::Uniform => {
+                let alike = |&weight: &f32| if weight > 0.0 { 1.0 } else { 0.0 };
+                Self::from_weights(&weights.iter().map(alike).collect::<Vec<f32>>())
+            }
+        }
+    }
+
+    /// A choice in proportion to `weights`, one a light: none at all if they are all zero.
+    fn from_weights(weights: &[f32]) -> Self {
+        let any = weights.iter().any(|&weight| weight > 0.0);
+        Self::Table(AliasTable::new(if any { weights } else { &[] }))
+    }
+
+    /// The light that `u` in [0, 1) chooses for `from`; `None` if none can matter there.
+    #[inline]
+    pub(crate) fn choose(&self, from: &Vantage, u: f32) -> Option<LightChoice> {
+        match self {
+            Self::Table(table) if table.len() <= MOST_IN_TABLE => Self::look_up(table, f64::from(u)),
+            Self::Table(table) => Self::look_up(table, refined(u, from.p)),
+            Self::Tree(selection) => selection.choose(from, refined(u, from.p)),
+        }
+    }
+
+    #[inline]
+    fn look_up(table: &AliasTable, u: f64) -> Option<LightChoice> {
+        let (light, pmf, _) = table.sample(u)?;
         Some(LightChoice { light: light as u32, pmf })
     }
 
-    /// The probability with which `light` is chosen.
+    /// The probability with which `light` is chosen for `from`.
     #[inline]
-    pub(crate) fn pmf(&self, light: u32) -> f32 {
-        self.table.pmf(light as usize)
+    pub(crate) fn pmf(&self, from: &Vantage, light: u32) -> f32 {
+        match self {
+            Self::Table(table) => table.pmf(light as usize),
+            Self::Tree(selection) => selection.pmf(from, light),
+        }
     }
 
     /// Whether no light can be chosen.
     pub(crate) fn is_empty(&self) -> bool {
-        self.table.is_empty()
+        match self {
+            Self::Table(table) => table.is_empty(),
+            // Trees are for many lights.
+            Self::Tree(_) => false,
+        }
     }
+}
+
+impl TreeSelection {
+    /// A selection among the lights with a positive weight.
+    fn new(lights: &[Light], weights: &[f32]) -> Self {
+        let mut bounded = Vec::new();
+        let mut infinite = Vec::new();
+        for ((index, light), &weight) in (0_u32..).zip(lights).zip(weights) {
+            if weight > 0.0 {
+                match light.bounds() {
+                    Some(bounds) => bounded.push((bounds, index)),
+                    None => infinite.push(index),
+                }
+            }
+        }
+        Self { tree: LightTree::new(bounded, lights.len()), infinite: infinite.into() }
+    }
+
+    /// Among how many the tree as a whole is one.
+    #[inline]
+    fn shares(&self) -> usize {
+        self.infinite.len() + usize::from(!self.tree.is_empty())
+    }
+
+    // Out of line, so that scenes of few lights keep it out of their loops.
+    #[inline(never)]
+    fn choose(&self, from: &Vantage, u: f64) -> Option<LightChoice> {
+        if self.infinite.is_empty() {
+            return self.tree.choose(from, u).map(|(light, pmf)| LightChoice { light, pmf });
+        }
+        let shares = self.shares();
+        let scaled = u * shares as f64;
+        let index = scaled as usize;
+        let pmf = 1.0 / shares as f32;
+        if let Some(&light) = self.infinite.get(index) {
+            return Some(LightChoice { light, pmf });
+        }
+        let (light, within) = self.tree.choose(from, scaled - index as f64)?;
+        Some(LightChoice { light, pmf: pmf * within })
+    }
+
+    #[inline(never)]
+    fn pmf(&self, from: &Vantage, light: u32) -> f32 {
+        let shares = self.shares() as f32;
+        match self.tree.pmf(from, light) {
+            Some(pmf) if self.infinite.is_empty() => pmf,
+            Some(pmf) => (1.0 / shares) * pmf,
+            None if self.infinite.binary_search(&light).is_ok() => 1.0 / shares,
+            None => 0.0,
+        }
+    }
+}
+
+/// A number in [0, 1) that begins with the 24 bits of `u` and goes on with bits hashed from `u` and `p`.
+///
+/// The 24 bits of a coordinate are used up by the choice among some million lights: the last of them would be chosen
+/// more or less often than they should, or never. What follows needs not be stratified, only uniform from point to point.
+#[inline]
+fn refined(u: f32, p: Vec3) -> f64 {
+    const STEPS: f64 = (1_u32 << 24) as f64;
+    let key = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+    let bits = mix(mix(key(u, p.x)) ^ key(p.y, p.z));
+    // 29 more bits make 53, the width of the mantissa.
+    let fraction = (bits >> 35) as f64 * (1.0 / (1_u64 << 29) as f64);
+    ((f64::from(u) * STEPS).floor() + fraction) * (1.0 / STEPS)
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use sahl_image::Image;
 use sahl_math::{Frame, Ray, Transform, Vec2, Vec3};
-use sahl_scene::{Geometry, Material, Origin, PatchMesh, Radiance, SceneDesc, Shape, TriangleMesh};
+use sahl_scene::{
+    Geometry, LightSampler, Material, Origin, PatchMesh, Radiance, SceneDesc, Shape, TriangleMesh,
+};
 use sahl_testkit::random::Rng;
 use sahl_testkit::stats::{Running, welch};
 
@@ -419,19 +421,22 @@ fn photometric_totals_are_kept() {
 }
 
 #[test]
-fn lights_are_chosen_by_power() {
+fn few_lights_are_chosen_by_power() {
     let point = |intensity| {
         let curve = crate::spectrum::SpectralCurve::constant(intensity);
         Light::Point(PointLight { position: Vec3::ZERO, intensity: Emission { curve, scale: 1.0 } })
     };
     let sky = Light::Uniform(Emission { curve: crate::spectrum::SpectralCurve::constant(9.0), scale: 1.0 });
     let lights = [point(1.0), point(0.0), point(3.0), sky];
-    let by_power = LightSelection::by_power(&lights, 1.0);
-    for (light, expected) in [0.25, 0.0, 0.75, 0.0].into_iter().enumerate() {
-        assert!((by_power.pmf(light as u32) - expected).abs() < 1e-6, "{light}");
+    let from = Vantage::in_space(Vec3::ONE);
+    for sampler in [LightSampler::Tree, LightSampler::Power] {
+        let by_power = LightSelection::new(sampler, &lights, 1.0);
+        for (light, expected) in [0.25, 0.0, 0.75, 0.0].into_iter().enumerate() {
+            assert!((by_power.pmf(&from, light as u32) - expected).abs() < 1e-6, "{light}");
+        }
+        assert_eq!(by_power.choose(&from, 0.999).map(|choice| choice.light), Some(2));
+        assert!(LightSelection::new(sampler, &lights[3..], 1.0).is_empty());
     }
-    let uniform = LightSelection::uniform(&lights, 1.0);
-    assert_eq!([0, 1, 2, 3].map(|light| uniform.pmf(light)), [0.5, 0.0, 0.5, 0.0]);
-    assert!(LightSelection::by_power(&lights[3..], 1.0).is_empty());
-    assert_eq!(by_power.choose(0.999).map(|choice| choice.light), Some(2));
+    let uniform = LightSelection::new(LightSampler::Uniform, &lights, 1.0);
+    assert_eq!([0, 1, 2, 3].map(|light| uniform.pmf(&from, light)), [0.5, 0.0, 0.5, 0.0]);
 }

@@ -12,6 +12,7 @@ mod hash;
 mod independent;
 mod sobol;
 
+pub(crate) use hash::mix;
 use sahl_math::Vec2;
 use sahl_scene::SamplerKind;
 

@@ -1,6 +1,8 @@
 //! Emitting shapes by kind.
 
-use sahl_math::{Vec2, Vec3};
+use sahl_math::{Bounds3, Vec2, Vec3};
+
+use crate::light::Cone;
 
 use super::{PatchEmitter, QuadricEmitter, SphereEmitter, TriangleEmitter};
 
@@ -62,6 +64,26 @@ impl Emitter {
             Self::Patch(patch) => patch.area(),
             Self::Sphere(sphere) => sphere.area(),
             Self::Quadric(quadric) => quadric.area(),
+        }
+    }
+
+    /// A box about the shape.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        match self {
+            Self::Triangle(triangle) => triangle.bounds(),
+            Self::Patch(patch) => patch.bounds(),
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Quadric(quadric) => quadric.bounds(),
+        }
+    }
+
+    /// A cone about the normals on the side that emits.
+    pub(crate) fn facing(&self) -> Cone {
+        match self {
+            Self::Triangle(triangle) => triangle.facing(),
+            Self::Patch(patch) => patch.facing(),
+            Self::Sphere(_) => Cone::ALL,
+            Self::Quadric(quadric) => quadric.facing(),
         }
     }
 }

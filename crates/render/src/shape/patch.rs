@@ -1,9 +1,10 @@
 //! Emitting bilinear patches.
 
-use sahl_math::{Vec2, Vec3, gamma};
+use sahl_math::{Bounds3, Vec2, Vec3, gamma};
 
 use super::rectangle::{Rectangle, SphericalRectangle};
 use super::{EmitterPoint, per_solid_angle};
+use crate::light::Cone;
 use crate::warp;
 
 /// Rectangles that appear smaller than this are sampled by area: that has as little noise there, and costs less. The
@@ -50,6 +51,29 @@ impl PatchEmitter {
 
     pub(crate) fn area(&self) -> f32 {
         self.area
+    }
+
+    pub(super) fn bounds(&self) -> Bounds3 {
+        Bounds3::from_points(self.corners)
+    }
+
+    /// A cone about the normals.
+    ///
+    /// ∂p/∂u × ∂p/∂v is bilinear, so that every normal lies between those of the corners.
+    pub(super) fn facing(&self) -> Cone {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| {
+            let (_, du, dv) = self.point(Vec2::new(u, v));
+            du.cross(dv).try_normalize().map_or(Vec3::ZERO, |n| if self.flip { -n } else { n })
+        });
+        let cone = Cone::about(&corners);
+        // The shading normals may turn it round, as a whole or in parts.
+        let normals = self.normals.as_ref().map_or(&[][..], |normals| normals);
+        let all = |sign: f32| corners.iter().all(|n| normals.iter().all(|ns| sign * n.dot(*ns) > 0.0));
+        match (all(1.0), all(-1.0)) {
+            (true, _) => cone,
+            (false, true) => Cone { axis: -cone.axis, ..cone },
+            (false, false) => Cone::ALL,
+        }
     }
 
     #[inline]

@@ -5,10 +5,11 @@
 
 use std::f32::consts::{PI, TAU};
 
-use sahl_math::{Transform, Vec2, Vec3, gamma, lerp, safe_sqrt};
+use sahl_math::{Bounds3, Transform, Vec2, Vec3, gamma, lerp, safe_sqrt};
 
 use super::patch::mean_over_square;
 use super::{EmitterPoint, per_solid_angle};
+use crate::light::Cone;
 use crate::warp;
 
 /// A quadric in its own space; lengths in metres there, angles in radians.
@@ -93,6 +94,27 @@ impl QuadricEmitter {
 
     pub(crate) fn area(&self) -> f32 {
         self.area
+    }
+
+    pub(super) fn bounds(&self) -> Bounds3 {
+        let (radius, low, high) = match self.shape {
+            QuadricShape::Sphere { radius, z_min, z_max, .. }
+            | QuadricShape::Cylinder { radius, z_min, z_max, .. } => (radius, z_min, z_max),
+            QuadricShape::Disk { height, radius, .. } => (radius, height, height),
+        };
+        let local = Bounds3 { min: Vec3::new(-radius, -radius, low), max: Vec3::new(radius, radius, high) };
+        Bounds3::from_points(local.corners().map(|corner| self.to_world.point(corner)))
+    }
+
+    /// The one normal of a disk; those of the others go round.
+    pub(super) fn facing(&self) -> Cone {
+        match self.shape {
+            QuadricShape::Disk { .. } => {
+                let n = self.to_world.normal(Vec3::Z).normalize();
+                Cone::of(if self.flip { -n } else { n })
+            }
+            QuadricShape::Sphere { .. } | QuadricShape::Cylinder { .. } => Cone::ALL,
+        }
     }
 
     #[inline]

@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use sahl_math::{Frame, Vec2, Vec3, gamma, safe_sqrt};
+use sahl_math::{Bounds3, Frame, Vec2, Vec3, gamma, safe_sqrt};
 
 use super::{EmitterPoint, per_solid_angle};
 use crate::warp;
@@ -28,6 +28,11 @@ impl SphereEmitter {
 
     pub(crate) fn area(&self) -> f32 {
         4.0 * PI * self.radius * self.radius
+    }
+
+    pub(super) fn bounds(&self) -> Bounds3 {
+        let half = Vec3::splat(self.radius);
+        Bounds3 { min: self.center - half, max: self.center + half }
     }
 
     /// Source: Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., 2023, section 6.2.4.

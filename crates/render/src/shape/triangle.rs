@@ -1,8 +1,9 @@
 //! Emitting triangles.
 
-use sahl_math::{Vec2, Vec3, gamma};
+use sahl_math::{Bounds3, Vec2, Vec3, gamma};
 
 use super::{EmitterPoint, per_solid_angle};
+use crate::light::Cone;
 use crate::warp;
 
 /// A triangle, sampled uniformly by area.
@@ -33,6 +34,21 @@ impl TriangleEmitter {
 
     pub(crate) fn area(&self) -> f32 {
         self.area
+    }
+
+    pub(super) fn bounds(&self) -> Bounds3 {
+        Bounds3::from_points(self.vertices)
+    }
+
+    /// The normal, or all directions where shading normals put different parts on different sides.
+    pub(super) fn facing(&self) -> Cone {
+        let normals = self.normals.as_deref().map_or(&[][..], |normals| normals);
+        let all = |sign: f32| normals.iter().all(|ns| sign * self.n.dot(*ns) > 0.0);
+        match (all(1.0), all(-1.0)) {
+            (true, _) => Cone::of(self.n),
+            (false, true) => Cone::of(-self.n),
+            (false, false) => Cone::ALL,
+        }
     }
 
     #[inline]

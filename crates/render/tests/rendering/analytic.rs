@@ -268,7 +268,7 @@ fn a_thousand_lights_add_up_under_either_choice() {
             expected += f64::from(0.5 / PI * intensity * d.z / d.length() / d.length_squared()) / 36.0;
         }
     }
-    for light_sampler in [LightSampler::Power, LightSampler::Uniform] {
+    for light_sampler in [LightSampler::Tree, LightSampler::Power, LightSampler::Uniform] {
         with_each(&scene, &[Integrator::Path { max_depth: 1, light_sampler }], |scene, what| {
             expect_mean(scene, expected, 0.02, what);
         });

@@ -23,7 +23,7 @@ pub(crate) fn empty(resolution: u32, samples: u32) -> SceneDesc {
 }
 
 pub(crate) const fn path(max_depth: u32) -> Integrator {
-    Integrator::Path { max_depth, light_sampler: LightSampler::Power }
+    Integrator::Path { max_depth, light_sampler: LightSampler::Tree }
 }
 
 pub(crate) fn grey(value: f32) -> Spectrum {

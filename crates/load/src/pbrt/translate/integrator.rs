@@ -40,19 +40,16 @@ fn path(p: &Reader<'_>) -> Integrator {
         p.unsupported(&["regularize"], "rough surfaces are not made rougher after the first bounce");
     }
     let samplers = [
+        ("bvh", Some(LightSampler::Tree)),
         ("power", Some(LightSampler::Power)),
         ("uniform", Some(LightSampler::Uniform)),
-        ("bvh", None),
         ("exhaustive", None),
     ];
-    let chosen = p.choice("lightsampler", &samplers, Some(LightSampler::Power));
+    let chosen = p.choice("lightsampler", &samplers, Some(LightSampler::default()));
     if chosen.is_none() {
-        p.unsupported(&["lightsampler"], "`power` is used, which converges to the same image");
+        p.unsupported(&["lightsampler"], "`bvh` is used, which converges to the same image");
     }
-    Integrator::Path {
-        max_depth: p.count("maxdepth", 5),
-        light_sampler: chosen.unwrap_or(LightSampler::Power),
-    }
+    Integrator::Path { max_depth: p.count("maxdepth", 5), light_sampler: chosen.unwrap_or_default() }
 }
 
 /// Path tracing instead of another integrator, whose own parameters are `own`.
