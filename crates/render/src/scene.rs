@@ -129,7 +129,7 @@ impl SceneData {
     /// How the surface scatters light.
     #[inline]
     pub(crate) fn bsdf(&self, at: &Interaction, wavelengths: &Wavelengths) -> Bsdf {
-        let point = TexturePoint { uv: at.uv, p: at.p };
+        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
         self.materials[at.material as usize].bsdf(&self.textures, &point, wavelengths)
     }
 

@@ -37,7 +37,10 @@ pub use material::{ConductorReflectance, Material, Roughness};
 pub use shape::{Geometry, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};
 pub use spectrum::Spectrum;
-pub use texture::{FloatParam, ImageTexture, SpectrumParam, Texture, TextureFilter, UvMapping, Wrap};
+pub use texture::{
+    FloatParam, ImageTexture, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping,
+    Wrap,
+};
 
 /// Everything that is needed to render an image, and nothing that is computed from it.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

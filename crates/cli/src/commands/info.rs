@@ -76,7 +76,14 @@ fn textures(scene: &SceneDesc) -> Tally {
         Texture::Constant(_) => "constant",
         Texture::Scale { .. } => "scale",
         Texture::Mix { .. } => "mix",
-        Texture::Checkerboard { .. } => "checkerboard",
+        Texture::DirectionMix { .. } => "directionmix",
+        Texture::Bilerp { .. } => "bilerp",
+        Texture::Checkerboard { .. } | Texture::SolidCheckerboard { .. } => "checkerboard",
+        Texture::Dots { .. } => "dots",
+        Texture::Fbm(_) => "fbm",
+        Texture::Wrinkled(_) => "wrinkled",
+        Texture::Windy { .. } => "windy",
+        Texture::Marble { .. } => "marble",
         Texture::Image(_) => "image",
     }))
 }

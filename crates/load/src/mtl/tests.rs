@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use sahl_scene::{
-    ConductorReflectance, FloatParam, ImageTexture, Roughness, Spectrum, SpectrumParam, Texture, UvMapping,
-    Wrap,
+    ConductorReflectance, FloatParam, ImageTexture, Roughness, Spectrum, SpectrumParam, Texture,
+    TextureMapping, UvMapping, Wrap,
 };
 
 use super::*;
@@ -102,7 +102,10 @@ fn emission_lights_both_sides() {
 fn a_texture_is_dimmed_by_a_grey_colour() {
     let read = read("newmtl m\nKd 0.5 0.5 0.5\nmap_Kd maps\\a.pfm\n");
     let texture = image_texture(&read);
-    assert_eq!((texture.scale, texture.wrap, texture.mapping), (0.5, Wrap::Repeat, UvMapping::default()));
+    assert_eq!(
+        (texture.scale, texture.wrap, texture.mapping),
+        (0.5, Wrap::Repeat, TextureMapping::default())
+    );
     assert_eq!(read.scene.images.len(), 1);
     assert_eq!(read.told, "");
 }
@@ -116,7 +119,7 @@ fn a_black_colour_beside_a_texture_counts_as_white() {
 fn texture_options_are_read() {
     let read = read("newmtl m\nmap_Kd -s 2 3 1 -o 0.25 -clamp on b c.pfm\n");
     let texture = image_texture(&read);
-    assert_eq!(texture.mapping, UvMapping { scale: [2.0, 3.0], offset: [0.25, 0.0] });
+    assert_eq!(texture.mapping, TextureMapping::Uv(UvMapping { scale: [2.0, 3.0], offset: [0.25, 0.0] }));
     assert_eq!(texture.wrap, Wrap::Clamp);
     assert_eq!(read.told, "");
 }

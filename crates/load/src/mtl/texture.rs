@@ -8,6 +8,7 @@ use std::sync::Arc;
 use sahl_image::Image;
 use sahl_scene::{
     Diagnostic, Diagnostics, Handle, ImageTexture, Origin, SceneDesc, Span, Texture, TextureFilter,
+    TextureMapping,
 };
 
 use super::statement::Statements;
@@ -47,7 +48,7 @@ impl Textures {
             });
         let texture = Texture::Image(ImageTexture {
             image: image?,
-            mapping: map.mapping,
+            mapping: TextureMapping::Uv(map.mapping),
             wrap: map.wrap,
             filter: TextureFilter::Bilinear,
             scale: factor(entry, unheeded),

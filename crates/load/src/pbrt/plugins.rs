@@ -112,7 +112,7 @@ impl Interpreter<'_> {
         let [.., plugin] = &statement.names[..] else { return };
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Texture));
         let p = reader("texture", plugin, statement, &defaults, &report);
-        translate::texture(&mut self.cx, statement, &p);
+        translate::texture(&mut self.cx, statement, &p, &self.state.transform());
         p.finish();
     }
 

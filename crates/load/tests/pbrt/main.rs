@@ -4,4 +4,5 @@ mod invalid;
 mod robustness;
 mod scenes;
 mod support;
+mod textures;
 mod unsupported;

@@ -7,7 +7,7 @@ use sahl_load::{Loaded, MemoryAssets, load, load_pbrt};
 use sahl_math::Vec3;
 use sahl_scene::{
     FloatParam, Geometry, Light, Material, Projection, Radiance, SceneDesc, Spectrum, SpectrumParam, Texture,
-    TextureFilter, Wrap,
+    TextureFilter, TextureMapping, UvMapping, Wrap,
 };
 
 use crate::support;
@@ -146,7 +146,8 @@ fn textures_arrive() {
     let (half, _) = by_name("half");
     let (checks, texture) = by_name("checks");
     let Texture::Checkerboard { mapping, .. } = texture else { panic!("{texture:?}") };
-    assert_eq!(mapping.scale, [8.0, 4.0]);
+    let expected = UvMapping { scale: [8.0, 4.0], offset: [0.0; 2] };
+    assert_eq!(*mapping, TextureMapping::Uv(expected));
     let scaled = Texture::Scale { texture: SpectrumParam::Texture(checks), scale: FloatParam::Texture(half) };
     assert_eq!(*by_name("darker").1, scaled);
     let Texture::Image(picture) = by_name("picture").1 else { panic!("no image") };

@@ -116,20 +116,11 @@ fn parameters_of_surfaces() {
 
 #[test]
 fn textures() {
-    for (plugin, kind) in
-        [("fbm", "float"), ("wrinkled", "float"), ("windy", "float"), ("marble", "spectrum")]
-    {
-        let scene = warned(&format!("WorldBegin Texture \"t\" \"{kind}\" \"{plugin}\""), "the constant");
-        assert!(matches!(scene.textures.values(), [Texture::Constant(_)]), "{plugin}");
-    }
-    warned("WorldBegin Texture \"t\" \"float\" \"bilerp\" \"float v00\" 1", "the mean");
-    warned("WorldBegin Texture \"t\" \"float\" \"dots\"", "outside");
-    warned("WorldBegin Texture \"t\" \"float\" \"directionmix\"", "even mix");
-    warned("WorldBegin Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 3", "even mix");
-    warned(
-        "WorldBegin Texture \"t\" \"float\" \"checkerboard\" \"string mapping\" \"planar\"",
-        "own coordinates",
+    let scene = warned(
+        "WorldBegin Texture \"t\" \"spectrum\" \"ptex\" \"string filename\" \"t.ptx\"",
+        "the constant",
     );
+    assert!(matches!(scene.textures.values(), [Texture::Constant(_)]));
 }
 
 #[test]

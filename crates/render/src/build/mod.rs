@@ -65,7 +65,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         textures: description.textures.len() as u64,
         images: description.images.len() as u64,
         lights: lights.len() as u64,
-        data_bytes: counts.data_bytes + image_bytes(description),
+        data_bytes: counts.data_bytes + image_bytes(description) + textures.pyramid_bytes(),
         accel: accel.stats(),
         ..counts
     };

@@ -1,5 +1,5 @@
 use sahl_scene::{
-    FloatParam, Handle, Origin, SceneDesc, Spectrum as Color, SpectrumParam, Texture, UvMapping,
+    FloatParam, Handle, Origin, SceneDesc, Spectrum as Color, SpectrumParam, Texture, TextureMapping,
 };
 
 use super::*;
@@ -71,7 +71,11 @@ fn glass_has_its_index() {
 fn parameters_vary_over_the_surface() {
     let mut scene = SceneDesc::default();
     let checker = scene.textures.push(
-        Texture::Checkerboard { mapping: UvMapping::default(), even: constant(0.04), odd: constant(0.36) },
+        Texture::Checkerboard {
+            mapping: TextureMapping::default(),
+            even: constant(0.04),
+            odd: constant(0.36),
+        },
         Origin::default(),
     );
     assert_eq!(checker, Handle::new(0));
@@ -94,7 +98,7 @@ fn parameters_vary_over_the_surface() {
     );
     assert!(diagnostics.is_empty());
     for (u, alpha, albedo) in [(0.5, 0.2, 0.04), (1.5, 0.6, 0.36)] {
-        let at = TexturePoint { uv: sahl_math::Vec2::new(u, 0.5), p: Vec3::ZERO };
+        let at = TexturePoint { uv: sahl_math::Vec2::new(u, 0.5), ..Default::default() };
         let wavelengths = Wavelengths::Rgb;
         assert_eq!(material.bsdf(&textures, &at, &wavelengths), Dielectric::new(1.5, [alpha, 0.1]).into());
         assert_eq!(diffuse.bsdf(&textures, &at, &wavelengths), Diffuse::new(Spectrum::splat(albedo)).into());

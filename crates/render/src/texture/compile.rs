@@ -1,9 +1,19 @@
 //! From the textures of a scene description to nodes.
 
-use sahl_scene::{Diagnostic, Diagnostics, FloatParam, Handle, SceneDesc, Span, SpectrumParam, Texture};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use super::image::ImageNode;
-use super::{ConstantNode, FloatSource, Node, SpectrumSource, TextureId, Textures};
+use sahl_image::{Image, Pixels};
+use sahl_math::Vec3;
+use sahl_scene::{
+    Diagnostic, Diagnostics, FloatParam, Handle, ImageTexture, SceneDesc, Span, SpectrumParam, Texture,
+    TextureFilter,
+};
+
+use super::image::{self, ImageNode};
+use super::mapping::Mapping;
+use super::solid::SolidNode;
+use super::{ConstantNode, FloatSource, Node, SpectrumSource, TextureId, Textures, pyramid};
 use crate::spectrum::{ColorRole, SpectralCurve, Spectrum, Wavelengths};
 
 /// Textures may be nested this deep, which bounds the stack.
@@ -43,6 +53,8 @@ struct Compiler<'a> {
     scene: &'a SceneDesc,
     textures: Textures,
     states: Vec<State>,
+    /// The sizes of images that filters ask for, by the image's index.
+    pyramids: BTreeMap<usize, Box<[Arc<Image>]>>,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -53,7 +65,8 @@ impl Textures {
     /// black.
     pub fn new(scene: &SceneDesc, diagnostics: &mut Diagnostics) -> Self {
         let states = vec![State::Untouched; scene.textures.len()];
-        let mut compiler = Compiler { scene, textures: Self::default(), states, diagnostics };
+        let mut compiler =
+            Compiler { scene, textures: Self::default(), states, pyramids: BTreeMap::new(), diagnostics };
         for (handle, _) in scene.textures.iter() {
             compiler.compile(handle);
         }
@@ -125,7 +138,7 @@ impl Compiler<'_> {
                 }
                 State::Untouched => {
                     self.states[handle.index()] = State::Open;
-                    for child in children(&self.scene.textures[handle]) {
+                    for child in self.scene.textures[handle].parts() {
                         match self.states.get(child.index()) {
                             Some(State::Untouched) => stack.push(child),
                             Some(State::Done(..)) => {}
@@ -164,7 +177,7 @@ impl Compiler<'_> {
     /// Makes the node of a texture whose children are done.
     fn finish(&mut self, handle: Handle<Texture>) {
         let texture = &self.scene.textures[handle];
-        let cost = Cost::of_parent(children(texture).map(|child| match self.states.get(child.index()) {
+        let cost = Cost::of_parent(texture.parts().map(|child| match self.states.get(child.index()) {
             Some(State::Done(_, cost)) => *cost,
             _ => Cost::default(),
         }));
@@ -175,34 +188,88 @@ impl Compiler<'_> {
             let what = format!("evaluates more than {MAX_EVALUATIONS} others");
             return self.reject(handle, "texture-too-large", &what);
         }
-        let span = self.scene.textures.origin(handle).span;
-        let node = match texture {
-            Texture::Constant(spectrum) => Node::Constant(constant(spectrum, span, self.diagnostics)),
-            Texture::Scale { texture, scale } => {
-                Node::Scale { texture: self.spectrum_child(texture, span), scale: self.float_child(scale) }
-            }
-            Texture::Mix { first, second, amount } => Node::Mix {
-                first: self.spectrum_child(first, span),
-                second: self.spectrum_child(second, span),
-                amount: self.float_child(amount),
-            },
-            Texture::Checkerboard { mapping, even, odd } => Node::Checkerboard {
-                mapping: *mapping,
-                even: self.spectrum_child(even, span),
-                odd: self.spectrum_child(odd, span),
-            },
-            Texture::Image(texture) => {
-                let image = self.scene.images.get(texture.image);
-                match image.and_then(|image| ImageNode::new(texture, image)) {
-                    Some(node) => Node::Image(node),
-                    None => {
-                        return self.reject(handle, "missing-image", "has no image, or one without pixels");
-                    }
-                }
-            }
+        let Some(node) = self.node(texture, self.scene.textures.origin(handle).span) else {
+            return self.reject(handle, "missing-image", "has no image, or one without pixels");
         };
         let id = self.push(node);
         self.states[handle.index()] = State::Done(id, cost);
+    }
+
+    /// The node of a texture whose children are done; `None` if its image is missing.
+    fn node(&mut self, texture: &Texture, span: Option<Span>) -> Option<Node> {
+        let mut child = |param: &SpectrumParam| self.spectrum_child(param, span);
+        Some(match texture {
+            Texture::Constant(spectrum) => Node::Constant(constant(spectrum, span, self.diagnostics)),
+            Texture::Scale { texture, scale } => {
+                Node::Scale { texture: child(texture), scale: self.float_child(scale) }
+            }
+            Texture::Mix { first, second, amount } => {
+                let (first, second) = (child(first), child(second));
+                Node::Mix { first, second, amount: self.float_child(amount) }
+            }
+            Texture::DirectionMix { first, second, direction } => Node::DirectionMix {
+                first: child(first),
+                second: child(second),
+                direction: direction.try_normalize().unwrap_or(Vec3::ZERO),
+            },
+            Texture::Bilerp { mapping, corners } => {
+                Node::Bilerp { mapping: Mapping::new(mapping), corners: corners.each_ref().map(child) }
+            }
+            Texture::Checkerboard { mapping, even, odd } => {
+                Node::Checkerboard { mapping: Mapping::new(mapping), even: child(even), odd: child(odd) }
+            }
+            Texture::SolidCheckerboard { world_to_texture, even, odd } => Node::SolidCheckerboard {
+                to_texture: Box::new(*world_to_texture),
+                even: child(even),
+                odd: child(odd),
+            },
+            Texture::Dots { mapping, inside, outside } => {
+                Node::Dots { mapping: Mapping::new(mapping), inside: child(inside), outside: child(outside) }
+            }
+            Texture::Fbm(noise) => self.solid(SolidNode::fbm(noise)),
+            Texture::Wrinkled(noise) => self.solid(SolidNode::wrinkled(noise)),
+            Texture::Windy { world_to_texture } => self.solid(SolidNode::windy(world_to_texture)),
+            Texture::Marble { noise, scale, variation } => {
+                self.solid(SolidNode::marble(noise, *scale, *variation))
+            }
+            Texture::Image(texture) => Node::Image(self.image(texture)?),
+        })
+    }
+
+    /// Noise leaves out what is finer than the footprint.
+    fn solid(&mut self, node: SolidNode) -> Node {
+        self.textures.needs_footprint = true;
+        Node::Solid(Box::new(node))
+    }
+
+    fn image(&mut self, texture: &ImageTexture) -> Option<ImageNode> {
+        let image = self.scene.images.get(texture.image)?;
+        if !image::is_usable(image) {
+            return None;
+        }
+        let levels = match texture.filter {
+            TextureFilter::Nearest | TextureFilter::Bilinear => Box::new([Arc::clone(image)]) as Box<[_]>,
+            TextureFilter::Trilinear | TextureFilter::Ewa { .. } => {
+                self.textures.needs_footprint = true;
+                self.levels(texture.image, image)
+            }
+        };
+        ImageNode::new(texture, levels)
+    }
+
+    /// The sizes of an image, made once for all textures that ask for them.
+    fn levels(&mut self, handle: Handle<Arc<Image>>, image: &Arc<Image>) -> Box<[Arc<Image>]> {
+        if let Some(levels) = self.pyramids.get(&handle.index()) {
+            return levels.clone();
+        }
+        let levels = pyramid::levels(image);
+        let bytes = |image: &Arc<Image>| match &image.pixels {
+            Pixels::U8(values) => values.len(),
+            Pixels::F32(values) => size_of_val(values.as_slice()),
+        };
+        self.textures.pyramid_bytes += levels[1..].iter().map(|image| bytes(image) as u64).sum::<u64>();
+        self.pyramids.insert(handle.index(), levels.clone());
+        levels
     }
 
     fn push(&mut self, node: Node) -> TextureId {
@@ -228,25 +295,6 @@ impl Compiler<'_> {
             FloatParam::Texture(handle) => self.textures.fold_float(self.states[handle.index()].id()),
         }
     }
-}
-
-/// The textures that a texture refers to.
-fn children(texture: &Texture) -> impl Iterator<Item = Handle<Texture>> {
-    let spectrum = |param: &SpectrumParam| match param {
-        SpectrumParam::Texture(handle) => Some(*handle),
-        SpectrumParam::Constant(_) => None,
-    };
-    let float = |param: &FloatParam| match param {
-        FloatParam::Texture(handle) => Some(*handle),
-        FloatParam::Constant(_) => None,
-    };
-    let children = match texture {
-        Texture::Constant(_) | Texture::Image(_) => [None, None, None],
-        Texture::Scale { texture, scale } => [spectrum(texture), float(scale), None],
-        Texture::Mix { first, second, amount } => [spectrum(first), spectrum(second), float(amount)],
-        Texture::Checkerboard { even, odd, .. } => [spectrum(even), spectrum(odd), None],
-    };
-    children.into_iter().flatten()
 }
 
 fn black() -> ConstantNode {

@@ -5,18 +5,30 @@
 //! value and costs a branch. The work of one evaluation is bounded at that time too, so that no scene file can overflow
 //! the stack or stall a pixel: cycles, and textures that would evaluate too many others, are errors.
 //!
-//! Deliberately absent: filtering over the footprint of a ray, and noise.
+//! A texture is evaluated at a [`TexturePoint`], which knows how much of the surface a pixel of the picture covers. Only
+//! noise and the filters `trilinear` and `EWA` ask for that; all others leave smoothing to the samples of the pixel.
+//!
+//! Deliberately absent: differentials carried along paths. The camera estimates the footprint at any point, as pbrt-v4
+//! does.
 //!
 //! In a scene file: `Texture "floor" "spectrum" "checkerboard" "float uscale" 8 "float vscale" 8 "rgb tex1" [.8 .2 .1]`.
 
 mod compile;
+mod filter;
 mod image;
+mod mapping;
+mod noise;
+mod pyramid;
+mod solid;
 
-use sahl_math::{Vec2, Vec3};
-use sahl_scene::UvMapping;
+use std::ops::{Add, Mul};
+
+use sahl_math::{Transform, Vec2, Vec3};
 
 use crate::spectrum::{ColorRole, SpectralCurve, Spectrum, Wavelengths};
 use image::ImageNode;
+use mapping::Mapping;
+use solid::{SolidNode, SolidValue};
 
 /// Where a texture is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +37,23 @@ pub struct TexturePoint {
     pub uv: Vec2,
     /// Position in the world.
     pub p: Vec3,
+    /// Unit geometric normal in the world, either side.
+    pub n: Vec3,
+    /// What a pixel of the picture covers there; zero where it is not known or nobody asks.
+    pub footprint: Footprint,
+}
+
+/// How a point of a surface and its coordinates change from a pixel of the picture to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footprint {
+    /// ∂p/∂x, to the next pixel in the row; in the world.
+    pub dp_dx: Vec3,
+    /// ∂p/∂y, to the next row.
+    pub dp_dy: Vec3,
+    /// ∂(u, v)/∂x.
+    pub duv_dx: Vec2,
+    /// ∂(u, v)/∂y.
+    pub duv_dy: Vec2,
 }
 
 /// A number that may vary over a surface.
@@ -55,6 +84,10 @@ pub struct Textures {
     nodes: Vec<Node>,
     /// The node of each texture of the scene, in the order of its arena.
     resolved: Vec<TextureId>,
+    /// Whether a node asks for the footprint.
+    needs_footprint: bool,
+    /// Bytes of the smaller sizes of images.
+    pyramid_bytes: u64,
 }
 
 /// A step of evaluation; the nodes it refers to come before it in the list.
@@ -63,7 +96,12 @@ enum Node {
     Constant(ConstantNode),
     Scale { texture: TextureId, scale: FloatSource },
     Mix { first: TextureId, second: TextureId, amount: FloatSource },
-    Checkerboard { mapping: UvMapping, even: TextureId, odd: TextureId },
+    DirectionMix { first: TextureId, second: TextureId, direction: Vec3 },
+    Bilerp { mapping: Mapping, corners: [TextureId; 4] },
+    Checkerboard { mapping: Mapping, even: TextureId, odd: TextureId },
+    SolidCheckerboard { to_texture: Box<Transform>, even: TextureId, odd: TextureId },
+    Dots { mapping: Mapping, inside: TextureId, outside: TextureId },
+    Solid(Box<SolidNode>),
     Image(ImageNode),
 }
 
@@ -86,13 +124,84 @@ impl ConstantNode {
     }
 }
 
+/// What a texture is read as: how its leaves become values. Between leaves all kinds are computed alike.
+trait Kind {
+    type Value: Copy + Add<Output = Self::Value> + Mul<f32, Output = Self::Value>;
+
+    fn number(&self, value: f32) -> Self::Value;
+    /// `rgb` is a reflectance in linear sRGB.
+    fn color(&self, rgb: [f32; 3]) -> Self::Value;
+    fn constant(&self, constant: &ConstantNode) -> Self::Value;
+    fn image(&self, image: &ImageNode, at: &TexturePoint) -> Self::Value;
+}
+
+/// A texture read as numbers; of a colour, the mean of its components.
+struct Numbers;
+
+impl Kind for Numbers {
+    type Value = f32;
+
+    fn number(&self, value: f32) -> f32 {
+        value
+    }
+
+    fn color(&self, [r, g, b]: [f32; 3]) -> f32 {
+        (r + g + b) * (1.0 / 3.0)
+    }
+
+    fn constant(&self, constant: &ConstantNode) -> f32 {
+        constant.float
+    }
+
+    fn image(&self, image: &ImageNode, at: &TexturePoint) -> f32 {
+        image.float(at)
+    }
+}
+
+/// A texture read as spectra for a certain role.
+struct Spectra<'a> {
+    role: ColorRole,
+    wavelengths: &'a Wavelengths,
+}
+
+impl Spectra<'_> {
+    /// Limited to what the role allows.
+    fn limited(&self, spectrum: Spectrum) -> Spectrum {
+        let high = if self.role == ColorRole::Albedo { 1.0 } else { f32::MAX };
+        spectrum.clamp(0.0, high)
+    }
+}
+
+impl Kind for Spectra<'_> {
+    type Value = Spectrum;
+
+    fn number(&self, value: f32) -> Spectrum {
+        self.limited(Spectrum::splat(value))
+    }
+
+    fn color(&self, rgb: [f32; 3]) -> Spectrum {
+        let spectrum = match self.wavelengths {
+            Wavelengths::Rgb => Spectrum::from_rgb(rgb),
+        };
+        self.limited(spectrum)
+    }
+
+    fn constant(&self, constant: &ConstantNode) -> Spectrum {
+        constant.curve(self.role).at(self.wavelengths)
+    }
+
+    fn image(&self, image: &ImageNode, at: &TexturePoint) -> Spectrum {
+        self.color(image.rgb(at, self.role))
+    }
+}
+
 impl Textures {
     /// The value of `source` at a point.
     #[inline]
     pub fn float(&self, source: &FloatSource, at: &TexturePoint) -> f32 {
         match *source {
             FloatSource::Constant(value) => value,
-            FloatSource::Texture(id) => self.node_float(id, at),
+            FloatSource::Texture(id) => self.value(id, at, &Numbers),
         }
     }
 
@@ -106,48 +215,57 @@ impl Textures {
     ) -> Spectrum {
         match source {
             SpectrumSource::Constant(curve) => curve.at(wavelengths),
-            SpectrumSource::Texture(id, role) => self.node_spectrum(*id, *role, at, wavelengths),
+            SpectrumSource::Texture(id, role) => self.value(*id, at, &Spectra { role: *role, wavelengths }),
         }
     }
 
-    fn node_float(&self, id: TextureId, at: &TexturePoint) -> f32 {
-        match &self.nodes[id.0 as usize] {
-            Node::Constant(constant) => constant.float,
-            Node::Scale { texture, scale } => {
-                let scale = self.float(scale, at);
-                if scale == 0.0 { 0.0 } else { scale * self.node_float(*texture, at) }
-            }
-            Node::Mix { first, second, amount } => blend(self.float(amount, at), |is_second| {
-                self.node_float(if is_second { *second } else { *first }, at)
-            }),
-            Node::Checkerboard { mapping, even, odd } => {
-                self.node_float(if is_even_square(mapping, at.uv) { *even } else { *odd }, at)
-            }
-            Node::Image(image) => image.float(at.uv),
-        }
+    /// Whether any texture asks for the footprint of a pixel.
+    #[inline]
+    pub fn need_footprint(&self) -> bool {
+        self.needs_footprint
     }
 
-    fn node_spectrum(
-        &self,
-        id: TextureId,
-        role: ColorRole,
-        at: &TexturePoint,
-        wavelengths: &Wavelengths,
-    ) -> Spectrum {
-        let value = |id| self.node_spectrum(id, role, at, wavelengths);
+    /// Bytes that images take beside their own pixels: their smaller sizes.
+    pub fn pyramid_bytes(&self) -> u64 {
+        self.pyramid_bytes
+    }
+
+    fn value<K: Kind>(&self, id: TextureId, at: &TexturePoint, kind: &K) -> K::Value {
+        let value = |id: &TextureId| self.value(*id, at, kind);
         match &self.nodes[id.0 as usize] {
-            Node::Constant(constant) => constant.curve(role).at(wavelengths),
+            Node::Constant(constant) => kind.constant(constant),
             Node::Scale { texture, scale } => {
                 let scale = self.float(scale, at);
-                if scale == 0.0 { Spectrum::ZERO } else { value(*texture) * scale }
+                if scale == 0.0 { kind.number(0.0) } else { value(texture) * scale }
             }
             Node::Mix { first, second, amount } => {
-                blend(self.float(amount, at), |is_second| value(if is_second { *second } else { *first }))
+                blend(self.float(amount, at), |is_second| value(if is_second { second } else { first }))
+            }
+            Node::DirectionMix { first, second, direction } => {
+                let amount = 1.0 - at.n.dot(*direction).abs();
+                blend(amount, |is_second| value(if is_second { second } else { first }))
+            }
+            Node::Bilerp { mapping, corners: [v00, v10, v01, v11] } => {
+                let st = mapping.map(at);
+                let row = |left, right| value(left) * (1.0 - st.x) + value(right) * st.x;
+                row(v00, v10) * (1.0 - st.y) + row(v01, v11) * st.y
             }
             Node::Checkerboard { mapping, even, odd } => {
-                value(if is_even_square(mapping, at.uv) { *even } else { *odd })
+                let st = mapping.map(at);
+                value(if is_even([st.x, st.y]) { even } else { odd })
             }
-            Node::Image(image) => image.spectrum(at.uv, role, wavelengths),
+            Node::SolidCheckerboard { to_texture, even, odd } => {
+                value(if is_even(<[f32; 3]>::from(to_texture.point(at.p))) { even } else { odd })
+            }
+            Node::Dots { mapping, inside, outside } => {
+                let st = mapping.map(at);
+                value(if solid::is_in_dot(st.x, st.y) { inside } else { outside })
+            }
+            Node::Solid(solid) => match solid.value(at) {
+                SolidValue::Number(value) => kind.number(value),
+                SolidValue::Color(rgb) => kind.color(rgb),
+            },
+            Node::Image(image) => kind.image(image, at),
         }
     }
 }
@@ -155,7 +273,7 @@ impl Textures {
 /// `(1 − amount) first + amount second`; what counts nothing is not evaluated.
 fn blend<T>(amount: f32, value: impl Fn(bool) -> T) -> T
 where
-    T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+    T: Mul<f32, Output = T> + Add<Output = T>,
 {
     if amount == 0.0 {
         value(false)
@@ -166,18 +284,11 @@ where
     }
 }
 
-/// The point of texture space at surface coordinates `uv`.
+/// Whether the integer parts of the coordinates have an even sum.
 #[inline]
-fn map_uv(mapping: &UvMapping, uv: Vec2) -> Vec2 {
-    Vec2::new(mapping.scale[0] * uv.x + mapping.offset[0], mapping.scale[1] * uv.y + mapping.offset[1])
-}
-
-/// Whether the integer parts of the texture coordinates have an even sum.
-#[inline]
-fn is_even_square(mapping: &UvMapping, uv: Vec2) -> bool {
-    let st = map_uv(mapping, uv);
+fn is_even<const N: usize>(coordinates: [f32; N]) -> bool {
     // Parities add up without overflow; casts saturate.
-    (st.x.floor() as i64 & 1) == (st.y.floor() as i64 & 1)
+    coordinates.into_iter().fold(0, |parity, x| parity ^ (x.floor() as i64 & 1)) == 0
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use sahl_image::{ColorSpace, Encoding, Image, Pixels};
 use sahl_scene::{
-    Diagnostics, FloatParam, Handle, ImageTexture, Origin, SceneDesc, Spectrum as Color, SpectrumParam,
-    Texture, TextureFilter, UvMapping, Wrap,
+    Diagnostics, FloatParam, Handle, ImageTexture, Origin, SceneDesc, SolidNoise, Spectrum as Color,
+    SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping, Wrap,
 };
 
 use super::*;
@@ -29,7 +29,7 @@ fn texture(index: u32) -> SpectrumParam {
 }
 
 fn at(u: f32, v: f32) -> TexturePoint {
-    TexturePoint { uv: Vec2::new(u, v), p: Vec3::ZERO }
+    TexturePoint { uv: Vec2::new(u, v), ..Default::default() }
 }
 
 /// The colour of texture `index` as an albedo.
@@ -76,7 +76,7 @@ fn scale_and_mix_compute() {
 
 #[test]
 fn checkers_alternate_also_below_zero() {
-    let mapping = UvMapping { scale: [2.0, 4.0], offset: [0.0, 1.0] };
+    let mapping = TextureMapping::Uv(UvMapping { scale: [2.0, 4.0], offset: [0.0, 1.0] });
     let checker = Texture::Checkerboard { mapping, even: rgb([1.0; 3]), odd: rgb([0.0; 3]) };
     let (textures, _) = compile(vec![checker], None);
     let is_even = |u, v| albedo(&textures, 0, &at(u, v)) == [1.0; 3];
@@ -87,6 +87,93 @@ fn checkers_alternate_also_below_zero() {
     );
     // Any number has a square.
     is_even(f32::INFINITY, f32::NAN);
+}
+
+#[test]
+fn bilerp_interpolates_the_corners() {
+    let corners = [[0.1, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.4]].map(rgb);
+    let (textures, _) = compile(vec![Texture::Bilerp { mapping: TextureMapping::default(), corners }], None);
+    let close = |u, v, expected: [f32; 3]| {
+        let found = albedo(&textures, 0, &at(u, v));
+        found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6)
+    };
+    assert!(close(0.0, 0.0, [0.1, 0.0, 0.0]) && close(1.0, 0.0, [0.3, 0.0, 0.0]));
+    assert!(close(0.0, 1.0, [0.0, 0.2, 0.0]) && close(1.0, 1.0, [0.0, 0.0, 0.4]));
+    assert!(close(0.5, 0.5, [0.1, 0.05, 0.1]));
+}
+
+#[test]
+fn directions_mix_by_the_normal() {
+    let mix = Texture::DirectionMix {
+        first: rgb([1.0; 3]),
+        second: rgb([0.0; 3]),
+        direction: Vec3::new(0.0, 0.0, 3.0),
+    };
+    let (textures, _) = compile(vec![mix], None);
+    for (n, expected) in [(Vec3::Z, 1.0), (-Vec3::Z, 1.0), (Vec3::X, 0.0), (Vec3::new(0.8, 0.0, -0.6), 0.6)] {
+        let found = float(&textures, 0, &TexturePoint { n, ..Default::default() });
+        assert!((found - expected).abs() < 1e-6, "{n:?} {found}");
+    }
+}
+
+#[test]
+fn space_is_chequered_in_cubes() {
+    let world_to_texture = Transform::scale(2.0, 2.0, 2.0).unwrap();
+    let board = Texture::SolidCheckerboard { world_to_texture, even: rgb([1.0; 3]), odd: rgb([0.0; 3]) };
+    let (textures, _) = compile(vec![board], None);
+    let value = |x, y, z| float(&textures, 0, &TexturePoint { p: Vec3::new(x, y, z), ..Default::default() });
+    assert_eq!([value(0.1, 0.1, 0.1), value(0.6, 0.1, 0.1), value(0.6, 0.6, 0.1)], [1.0, 0.0, 1.0]);
+    assert_eq!([value(0.6, 0.6, 0.6), value(-0.1, 0.1, 0.1), value(-0.1, -0.1, -0.1)], [0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn noise_is_a_number_in_either_sense() {
+    let noise = SolidNoise { world_to_texture: Transform::IDENTITY, octaves: 4, roughness: 0.5 };
+    let described = vec![
+        Texture::Fbm(noise),
+        Texture::Wrinkled(noise),
+        Texture::Windy { world_to_texture: Transform::IDENTITY },
+        Texture::Marble { noise, scale: 2.0, variation: 0.4 },
+        Texture::Dots { mapping: TextureMapping::default(), inside: rgb([0.9; 3]), outside: texture(0) },
+    ];
+    let count = described.len() as u32;
+    let (textures, diagnostics) = compile(described, None);
+    assert!(diagnostics.is_empty() && textures.need_footprint());
+    for i in 0..200 {
+        let i = i as f32 * 0.37;
+        let point =
+            TexturePoint { p: Vec3::new(i, -0.3 * i, 1.7 * i), uv: Vec2::splat(i), ..Default::default() };
+        for index in 0..count {
+            let number = float(&textures, index, &point);
+            let color = albedo(&textures, index, &point);
+            assert!(number.is_finite() && color.iter().all(|x| (0.0..=1.0).contains(x)), "{index} {number}");
+            // A spectrum is limited to what its role allows; marble alone has a colour.
+            if index != 3 {
+                assert!((color[0] - number.clamp(0.0, 1.0)).abs() < 1e-6, "{index} {color:?} {number}");
+            } else {
+                assert!((color.iter().sum::<f32>() / 3.0 - number).abs() < 1e-6);
+            }
+        }
+    }
+}
+
+#[test]
+fn filters_average_over_the_footprint() {
+    let value = |filter, size: f32| {
+        let texture = ImageTexture { scale: 1.0, ..image_texture(Wrap::Repeat, filter) };
+        let (textures, _) = compile(vec![Texture::Image(texture)], Some(numbered(1)));
+        let footprint =
+            Footprint { duv_dx: Vec2::new(size, 0.0), duv_dy: Vec2::new(0.0, size), ..Default::default() };
+        (float(&textures, 0, &TexturePoint { footprint, ..at(0.1, 0.9) }), textures)
+    };
+    for filter in [TextureFilter::Trilinear, TextureFilter::Ewa { max_anisotropy: 8.0 }] {
+        let (near, textures) = value(filter, 0.0);
+        assert!(textures.need_footprint() && textures.pyramid_bytes() > 0);
+        let (plain, textures) = value(TextureFilter::Bilinear, 3.0);
+        assert!(!textures.need_footprint() && textures.pyramid_bytes() == 0);
+        assert_eq!(near, plain);
+        assert!((value(filter, 3.0).0 - 2.5 / 8.0).abs() < 1e-6);
+    }
 }
 
 /// Two rows of three pixels: grey values 0 to 5, top row first.
@@ -106,7 +193,7 @@ fn numbered(channels: usize) -> Image {
 fn image_texture(wrap: Wrap, filter: TextureFilter) -> ImageTexture {
     ImageTexture {
         image: Handle::new(0),
-        mapping: UvMapping::default(),
+        mapping: TextureMapping::default(),
         wrap,
         filter,
         scale: 8.0,

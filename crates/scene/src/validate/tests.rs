@@ -277,11 +277,47 @@ fn textures_must_not_contain_themselves() {
         // Two ways to the same texture are no cycle.
         scene.textures.push(Texture::Constant(Spectrum::Constant(1.0)), named("leaf"));
         let even = SpectrumParam::Texture(Handle::new(4));
-        let board = Texture::Checkerboard { mapping: UvMapping::default(), even: even.clone(), odd: even };
+        let board = Texture::Checkerboard { mapping: TextureMapping::default(), even: even.clone(), odd: even };
         scene.textures.push(board, named("board"));
     }), @r"
     Error cyclic-texture: texture contains itself: #3 → #3
     Error cyclic-texture: texture `a` contains itself: `a` → `b` → `c` → `a`
+    ");
+}
+
+#[test]
+fn textures_have_numbers_in_range() {
+    insta::assert_snapshot!(told(|scene| {
+        let grey = SpectrumParam::Constant(Spectrum::Constant(0.5));
+        let pixels = Pixels::F32(vec![0.0; 1]);
+        let image = Image::new(1, 1, 1, pixels).unwrap();
+        let image = scene.images.push(Arc::new(image), Origin::default());
+        let noise = SolidNoise { world_to_texture: Transform::IDENTITY, octaves: 40, roughness: f32::NAN };
+        scene.textures.push(Texture::Fbm(noise), named("noise"));
+        let mix = Texture::DirectionMix { first: grey.clone(), second: grey.clone(), direction: Vec3::ZERO };
+        scene.textures.push(mix, named("mix"));
+        let mapping = TextureMapping::Planar {
+            world_to_texture: Transform::IDENTITY,
+            s: Vec3::new(1.0, f32::INFINITY, 0.0),
+            t: Vec3::Y,
+            offset: [0.0; 2],
+        };
+        scene.textures.push(Texture::Dots { mapping, inside: grey.clone(), outside: grey }, named("dots"));
+        let picture = ImageTexture {
+            image,
+            mapping: TextureMapping::default(),
+            wrap: Wrap::Repeat,
+            filter: TextureFilter::Ewa { max_anisotropy: 0.5 },
+            scale: 1.0,
+            invert: false,
+        };
+        scene.textures.push(Texture::Image(picture), named("picture"));
+    }), @r"
+    Error bad-number: the roughness of texture `noise` is NaN: expected a finite number
+    Error bad-number: texture `noise` has 40 octaves of noise: 32 is the limit
+    Error bad-number: the direction of texture `mix` is (0, 0, 0): expected one that is not zero
+    Error bad-number: the mapping of texture `dots` is inf: expected a finite number
+    Error bad-number: the anisotropy of texture `picture` is 0.5: expected 1 to 64
     ");
 }
 

@@ -1,7 +1,10 @@
 //! Textures, which may refer to each other.
 
 use super::{Check, Range, called};
-use crate::{FloatParam, Handle, SpectrumParam, Texture};
+use crate::{
+    Handle, ImageTexture, Origin, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping,
+    UvMapping,
+};
 
 /// Textures may be nested so deep. Deeper ones are a mistake, and evaluating them could exhaust the stack.
 const DEEPEST: usize = 64;
@@ -35,28 +38,93 @@ impl Check<'_> {
                 self.float_param(&owner, "the scale", *scale, Range::Finite, origin);
             }
             Texture::Mix { first, second, amount } => {
-                self.spectrum_param(&owner, "the first value", first, origin);
-                self.spectrum_param(&owner, "the second value", second, origin);
+                self.pair(&owner, [first, second], origin);
                 self.float_param(&owner, "the amount", *amount, Range::Finite, origin);
             }
+            Texture::DirectionMix { first, second, direction } => {
+                self.pair(&owner, [first, second], origin);
+                if direction.try_normalize().is_none() {
+                    let [x, y, z] = <[f32; 3]>::from(*direction);
+                    let message =
+                        format!("the direction of {owner} is ({x}, {y}, {z}): expected one that is not zero");
+                    self.error("bad-number", origin, message);
+                }
+            }
+            Texture::Bilerp { mapping, corners } => {
+                for corner in corners {
+                    self.spectrum_param(&owner, "the value", corner, origin);
+                }
+                self.mapping(&owner, mapping, origin);
+            }
             Texture::Checkerboard { mapping, even, odd } => {
-                self.spectrum_param(&owner, "the value", even, origin);
-                self.spectrum_param(&owner, "the value", odd, origin);
-                self.mapping(&owner, mapping.scale.iter().chain(&mapping.offset).copied(), handle);
+                self.pair(&owner, [even, odd], origin);
+                self.mapping(&owner, mapping, origin);
             }
-            Texture::Image(image) => {
-                self.handle("image", image.image, &scene.images, &owner, origin);
-                self.number(|| format!("the scale of {owner}"), image.scale, Range::Finite, origin);
-                let mapping = &image.mapping;
-                self.mapping(&owner, mapping.scale.iter().chain(&mapping.offset).copied(), handle);
+            Texture::SolidCheckerboard { even, odd, .. } => self.pair(&owner, [even, odd], origin),
+            Texture::Dots { mapping, inside, outside } => {
+                self.pair(&owner, [inside, outside], origin);
+                self.mapping(&owner, mapping, origin);
             }
+            Texture::Windy { .. } => {}
+            Texture::Fbm(noise) | Texture::Wrinkled(noise) => self.noise(&owner, noise, origin),
+            Texture::Marble { noise, scale, variation } => {
+                self.noise(&owner, noise, origin);
+                self.number(|| format!("the scale of {owner}"), *scale, Range::Finite, origin);
+                self.number(|| format!("the variation of {owner}"), *variation, Range::Finite, origin);
+            }
+            Texture::Image(image) => self.image_texture(&owner, image, origin),
         }
     }
 
-    fn mapping(&mut self, owner: &str, values: impl Iterator<Item = f32>, handle: Handle<Texture>) {
-        let origin = self.scene.textures.origin(handle);
-        for value in values {
-            self.number(|| format!("the mapping of {owner}"), value, Range::Finite, origin);
+    fn pair(&mut self, owner: &str, [first, second]: [&SpectrumParam; 2], origin: &Origin) {
+        self.spectrum_param(owner, "the first value", first, origin);
+        self.spectrum_param(owner, "the second value", second, origin);
+    }
+
+    fn image_texture(&mut self, owner: &str, texture: &ImageTexture, origin: &Origin) {
+        self.handle("image", texture.image, &self.scene.images, owner, origin);
+        self.number(|| format!("the scale of {owner}"), texture.scale, Range::Finite, origin);
+        self.mapping(owner, &texture.mapping, origin);
+        if let TextureFilter::Ewa { max_anisotropy } = texture.filter
+            && !(1.0..=ImageTexture::MOST_ANISOTROPY).contains(&max_anisotropy)
+        {
+            let message = format!(
+                "the anisotropy of {owner} is {max_anisotropy}: expected 1 to {}",
+                ImageTexture::MOST_ANISOTROPY
+            );
+            self.error("bad-number", origin, message);
+        }
+    }
+
+    fn noise(&mut self, owner: &str, noise: &SolidNoise, origin: &Origin) {
+        self.number(|| format!("the roughness of {owner}"), noise.roughness, Range::Finite, origin);
+        if noise.octaves > SolidNoise::MOST_OCTAVES {
+            let message = format!(
+                "{owner} has {} octaves of noise: {} is the limit",
+                noise.octaves,
+                SolidNoise::MOST_OCTAVES
+            );
+            self.error("bad-number", origin, message);
+        }
+    }
+
+    fn mapping(&mut self, owner: &str, mapping: &TextureMapping, origin: &Origin) {
+        let mut finite = |values: &[f32]| {
+            for &value in values {
+                self.number(|| format!("the mapping of {owner}"), value, Range::Finite, origin);
+            }
+        };
+        match mapping {
+            TextureMapping::Uv(UvMapping { scale, offset }) => {
+                finite(scale);
+                finite(offset);
+            }
+            TextureMapping::Planar { s, t, offset, .. } => {
+                finite(&<[f32; 3]>::from(*s));
+                finite(&<[f32; 3]>::from(*t));
+                finite(offset);
+            }
+            TextureMapping::Spherical { .. } | TextureMapping::Cylindrical { .. } => {}
         }
     }
 
@@ -71,7 +139,7 @@ impl Check<'_> {
                 continue;
             }
             states[root.index()] = State::Open;
-            stack.push((root, parts(&textures[root])));
+            stack.push((root, textures[root].parts().collect()));
             while let Some((texture, left)) = stack.last_mut() {
                 let texture = *texture;
                 let Some(part) = left.pop() else {
@@ -83,7 +151,7 @@ impl Check<'_> {
                 match states.get(part.index()) {
                     Some(State::New) => {
                         states[part.index()] = State::Open;
-                        stack.push((part, parts(&textures[part])));
+                        stack.push((part, textures[part].parts().collect()));
                     }
                     Some(State::Open) => self.cycle(part, &stack),
                     // Done, or a handle that leads nowhere, which has been told.
@@ -100,7 +168,7 @@ impl Check<'_> {
             Some(State::Done(depth)) => *depth,
             _ => 0,
         };
-        let depth = 1 + parts(&textures[texture]).into_iter().map(depth_of).max().unwrap_or(0);
+        let depth = 1 + textures[texture].parts().map(depth_of).max().unwrap_or(0);
         if depth == DEEPEST + 1 {
             let origin = textures.origin(texture);
             let message =
@@ -128,23 +196,4 @@ impl Check<'_> {
         let message = format!("{} contains itself: {}", called("texture", origin), path.join(" → "));
         self.error("cyclic-texture", origin, message);
     }
-}
-
-/// The textures that a texture refers to.
-fn parts(texture: &Texture) -> Vec<Handle<Texture>> {
-    let spectrum = |param: &SpectrumParam| match param {
-        SpectrumParam::Texture(handle) => Some(*handle),
-        SpectrumParam::Constant(_) => None,
-    };
-    let float = |param: &FloatParam| match param {
-        FloatParam::Texture(handle) => Some(*handle),
-        FloatParam::Constant(_) => None,
-    };
-    let parts = match texture {
-        Texture::Constant(_) | Texture::Image(_) => [None; 3],
-        Texture::Scale { texture, scale } => [spectrum(texture), float(scale), None],
-        Texture::Mix { first, second, amount } => [spectrum(first), spectrum(second), float(amount)],
-        Texture::Checkerboard { even, odd, .. } => [spectrum(even), spectrum(odd), None],
-    };
-    parts.into_iter().flatten().collect()
 }

@@ -1,12 +1,14 @@
 //! Textures.
 
 use sahl_image::Encoding;
+use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Diagnostic, FloatParam, ImageTexture, Origin, Spectrum, SpectrumParam, Texture, TextureFilter, UvMapping,
-    Wrap,
+    Diagnostic, FloatParam, ImageTexture, Origin, SolidNoise, Spectrum, SpectrumParam, Texture,
+    TextureFilter, TextureMapping, UvMapping, Wrap,
 };
 
 use super::super::context::Context;
+use super::super::parameter::Kind as ParameterKind;
 use super::super::reader::Reader;
 use super::super::report::quote;
 use super::super::statement::{Name, Statement};
@@ -21,8 +23,20 @@ enum Kind {
     Spectrum,
 }
 
+/// What a texture gives, and the space in which it is defined.
+struct Definition {
+    kind: Kind,
+    to_world: Transform,
+}
+
+impl Definition {
+    fn world_to_texture(&self) -> Transform {
+        self.to_world.inverse()
+    }
+}
+
 /// Reads one kind of texture.
-type Read = fn(&mut Context<'_>, &Reader<'_>, Kind) -> Option<Texture>;
+type Read = fn(&mut Context<'_>, &Reader<'_>, &Definition) -> Option<Texture>;
 
 const TEXTURES: &[(&str, Read)] = &[
     ("constant", constant),
@@ -34,18 +48,23 @@ const TEXTURES: &[(&str, Read)] = &[
     ("ptex", ptex),
     ("checkerboard", checkerboard),
     ("dots", dots),
-    ("fbm", |_, p, _| mean(p, &["octaves", "roughness"], 0.0)),
-    ("wrinkled", |_, p, _| mean(p, &["octaves", "roughness"], 0.5)),
-    ("windy", |_, p, _| mean(p, &[], 0.0)),
-    ("marble", |_, p, _| mean(p, &["octaves", "roughness", "scale", "variation"], 0.3)),
+    ("fbm", |_, p, texture| Some(Texture::Fbm(noise(p, texture)))),
+    ("wrinkled", |_, p, texture| Some(Texture::Wrinkled(noise(p, texture)))),
+    ("windy", |_, _, texture| Some(Texture::Windy { world_to_texture: texture.world_to_texture() })),
+    ("marble", marble),
 ];
 
 /// Textures that give only numbers, and only spectra.
 const FLOAT_ONLY: &[&str] = &["fbm", "wrinkled", "windy"];
 const SPECTRUM_ONLY: &[&str] = &["marble"];
 
-/// Defines the texture of a `Texture` directive.
-pub(in super::super) fn texture(cx: &mut Context<'_>, statement: &Statement, p: &Reader<'_>) {
+/// Defines the texture of a `Texture` directive that stands where `to_world` is in force.
+pub(in super::super) fn texture(
+    cx: &mut Context<'_>,
+    statement: &Statement,
+    p: &Reader<'_>,
+    to_world: &Transform,
+) {
     let [name, kind, plugin] = &statement.names[..] else { return };
     let Some(kind) = kind_of(kind, p) else {
         p.ignore_all();
@@ -59,7 +78,7 @@ pub(in super::super) fn texture(cx: &mut Context<'_>, statement: &Statement, p: 
         }
         None => return,
     };
-    let Some(texture) = read(cx, p, kind) else { return };
+    let Some(texture) = read(cx, p, &Definition { kind, to_world: *to_world }) else { return };
     let names = match kind {
         Kind::Float => &mut cx.float_textures,
         Kind::Spectrum => &mut cx.spectrum_textures,
@@ -104,8 +123,14 @@ fn is_of_kind(plugin: &Name, kind: Kind, p: &Reader<'_>) -> bool {
 }
 
 /// The number, spectrum or texture called `name`; the number `default` if it is not given.
-fn value(cx: &Context<'_>, p: &Reader<'_>, name: &'static str, kind: Kind, default: f32) -> SpectrumParam {
-    match kind {
+fn value(
+    cx: &Context<'_>,
+    p: &Reader<'_>,
+    name: &'static str,
+    texture: &Definition,
+    default: f32,
+) -> SpectrumParam {
+    match texture.kind {
         Kind::Float => match float_param(cx, p, name, FloatParam::Constant(default)) {
             FloatParam::Constant(value) => SpectrumParam::Constant(Spectrum::Constant(value)),
             FloatParam::Texture(texture) => SpectrumParam::Texture(texture),
@@ -117,77 +142,78 @@ fn value(cx: &Context<'_>, p: &Reader<'_>, name: &'static str, kind: Kind, defau
     }
 }
 
-/// The texture that is `param` everywhere.
-fn same_as(param: SpectrumParam) -> Texture {
-    match param {
+fn constant(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    Some(match value(cx, p, "value", texture, 1.0) {
         SpectrumParam::Constant(spectrum) => Texture::Constant(spectrum),
         texture => Texture::Scale { texture, scale: FloatParam::Constant(1.0) },
-    }
+    })
 }
 
-fn constant(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    Some(same_as(value(cx, p, "value", kind, 1.0)))
-}
-
-fn scale(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
+fn scale(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
     let scale = float_param(cx, p, "scale", FloatParam::Constant(1.0));
-    Some(Texture::Scale { texture: value(cx, p, "tex", kind, 1.0), scale })
+    Some(Texture::Scale { texture: value(cx, p, "tex", texture, 1.0), scale })
 }
 
-fn mix(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
+fn mix(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
     let amount = float_param(cx, p, "amount", FloatParam::Constant(0.5));
-    let [first, second] = [value(cx, p, "tex1", kind, 0.0), value(cx, p, "tex2", kind, 1.0)];
+    let [first, second] = [value(cx, p, "tex1", texture, 0.0), value(cx, p, "tex2", texture, 1.0)];
     Some(Texture::Mix { first, second, amount })
 }
 
-fn direction_mix(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    p.without_effect(&["dir"]);
-    p.unsupported_plugin("unsupported-texture", "an even mix of its textures is used");
-    let [first, second] = [value(cx, p, "tex1", kind, 0.0), value(cx, p, "tex2", kind, 1.0)];
-    Some(Texture::Mix { first, second, amount: FloatParam::Constant(0.5) })
-}
-
-fn bilerp(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    mapping(p);
-    p.unsupported_plugin("unsupported-texture", "the mean of its corners is used");
-    let mut edge = |low, high| {
-        let [first, second] = [value(cx, p, low, kind, 0.0), value(cx, p, high, kind, 1.0)];
-        let texture = Texture::Mix { first, second, amount: FloatParam::Constant(0.5) };
-        SpectrumParam::Texture(cx.scene.textures.push(texture, Origin::at(p.span())))
-    };
-    let [first, second] = [edge("v00", "v01"), edge("v10", "v11")];
-    Some(Texture::Mix { first, second, amount: FloatParam::Constant(0.5) })
-}
-
-fn checkerboard(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    let [even, odd] = [value(cx, p, "tex1", kind, 1.0), value(cx, p, "tex2", kind, 0.0)];
-    if p.integer("dimension", 2, 2, 3) == 3 {
-        p.unsupported(&["dimension"], "the even mix of its colours is used");
-        return Some(Texture::Mix { first: even, second: odd, amount: FloatParam::Constant(0.5) });
+fn direction_mix(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let [first, second] = [value(cx, p, "tex1", texture, 0.0), value(cx, p, "tex2", texture, 1.0)];
+    let given = vector(p, "dir", Vec3::Y);
+    let direction = texture.to_world.vector(given).try_normalize();
+    if direction.is_none() {
+        p.invalid("dir", "must have a direction");
     }
-    Some(Texture::Checkerboard { mapping: mapping(p), even, odd })
+    Some(Texture::DirectionMix { first, second, direction: direction.unwrap_or(Vec3::Y) })
 }
 
-fn dots(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    mapping(p);
-    value(cx, p, "inside", kind, 1.0);
-    p.unsupported_plugin("unsupported-texture", "its outside is used everywhere");
-    Some(same_as(value(cx, p, "outside", kind, 0.0)))
+fn bilerp(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let corners = [("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)]
+        .map(|(name, default)| value(cx, p, name, texture, default));
+    Some(Texture::Bilerp { mapping: mapping(p, texture), corners })
 }
 
-/// A procedural texture replaced by its mean, which was estimated from its formula.
-fn mean(p: &Reader<'_>, own: &[&'static str], mean: f32) -> Option<Texture> {
-    p.without_effect(own);
-    p.unsupported_plugin("unsupported-texture", &format!("the constant {mean} is used"));
-    Some(Texture::Constant(Spectrum::Constant(mean)))
+fn checkerboard(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let [even, odd] = [value(cx, p, "tex1", texture, 1.0), value(cx, p, "tex2", texture, 0.0)];
+    if p.integer("dimension", 2, 2, 3) == 3 {
+        let world_to_texture = texture.world_to_texture();
+        return Some(Texture::SolidCheckerboard { world_to_texture, even, odd });
+    }
+    Some(Texture::Checkerboard { mapping: mapping(p, texture), even, odd })
 }
 
-fn ptex(_: &mut Context<'_>, p: &Reader<'_>, _: Kind) -> Option<Texture> {
-    mean(p, &["filename", "encoding", "scale"], 0.5)
+fn dots(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let [inside, outside] = [value(cx, p, "inside", texture, 1.0), value(cx, p, "outside", texture, 0.0)];
+    Some(Texture::Dots { mapping: mapping(p, texture), inside, outside })
 }
 
-fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture> {
-    let mapping = mapping(p);
+fn noise(p: &Reader<'_>, texture: &Definition) -> SolidNoise {
+    const MOST: i32 = SolidNoise::MOST_OCTAVES.cast_signed();
+    SolidNoise {
+        world_to_texture: texture.world_to_texture(),
+        octaves: p.integer("octaves", 8, 0, MOST).unsigned_abs(),
+        roughness: p.float("roughness", 0.5),
+    }
+}
+
+fn marble(_: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let (scale, variation) = (p.float("scale", 1.0), p.float("variation", 0.2));
+    Some(Texture::Marble { noise: noise(p, texture), scale, variation })
+}
+
+/// Ptex files give each face of a mesh an image of its own; they need a reader that Sahl does not have.
+fn ptex(_: &mut Context<'_>, p: &Reader<'_>, _: &Definition) -> Option<Texture> {
+    const INSTEAD: f32 = 0.5;
+    p.without_effect(&["filename", "encoding", "scale"]);
+    p.unsupported_plugin("unsupported-texture", &format!("the constant {INSTEAD} is used"));
+    Some(Texture::Constant(Spectrum::Constant(INSTEAD)))
+}
+
+fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let mapping = mapping(p, texture);
     let filter = filter(p);
     let wrap = wrap(p);
     let (scale, invert) = (p.float("scale", 1.0), p.bool("invert", false));
@@ -200,10 +226,10 @@ fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, kind: Kind) -> Option<Texture>
                 format!("{} needs a `string filename`", p.what()),
             );
         }
-        return Some(placeholder(kind));
+        return Some(placeholder(texture.kind));
     };
     // The name stays defined if the image can't be read, so that there is one error for it and not one a use.
-    let Some(image) = image(cx, name, encoding) else { return Some(placeholder(kind)) };
+    let Some(image) = image(cx, name, encoding) else { return Some(placeholder(texture.kind)) };
     Some(Texture::Image(ImageTexture { image, mapping, wrap, filter, scale, invert }))
 }
 
@@ -216,33 +242,28 @@ fn placeholder(kind: Kind) -> Texture {
 }
 
 fn filter(p: &Reader<'_>) -> TextureFilter {
+    const RANGE: std::ops::RangeInclusive<f32> = 1.0..=ImageTexture::MOST_ANISOTROPY;
+    let requirement = format!("from 1 to {}", ImageTexture::MOST_ANISOTROPY);
+    let max_anisotropy = p.float_where("maxanisotropy", 8.0, |value| RANGE.contains(&value), &requirement);
+    let ewa = TextureFilter::Ewa { max_anisotropy };
     let filters = [
-        ("bilinear", Some(TextureFilter::Bilinear)),
-        ("point", Some(TextureFilter::Nearest)),
-        ("trilinear", None),
-        ("EWA", None),
-        ("ewa", None),
+        ("bilinear", TextureFilter::Bilinear),
+        ("point", TextureFilter::Nearest),
+        ("trilinear", TextureFilter::Trilinear),
+        ("EWA", ewa),
+        ("ewa", ewa),
     ];
-    let filter = p.choice("filter", &filters, Some(TextureFilter::Bilinear));
-    if filter.is_none() {
-        p.unsupported(&["filter"], "`bilinear` is used, which samples average");
-    }
-    p.without_effect(&["maxanisotropy"]);
-    filter.unwrap_or(TextureFilter::Bilinear)
+    p.choice("filter", &filters, TextureFilter::Bilinear)
 }
 
 fn wrap(p: &Reader<'_>) -> Wrap {
     let modes = [
-        ("repeat", Some(Wrap::Repeat)),
-        ("clamp", Some(Wrap::Clamp)),
-        ("black", Some(Wrap::Black)),
-        ("octahedralsphere", None),
+        ("repeat", Wrap::Repeat),
+        ("clamp", Wrap::Clamp),
+        ("black", Wrap::Black),
+        ("octahedralsphere", Wrap::OctahedralSphere),
     ];
-    let wrap = p.choice("wrap", &modes, Some(Wrap::Repeat));
-    if wrap.is_none() {
-        p.unsupported(&["wrap"], "`clamp` is used");
-    }
-    wrap.unwrap_or(Wrap::Clamp)
+    p.choice("wrap", &modes, Wrap::Repeat)
 }
 
 /// `None` if the scene leaves it to the file.
@@ -263,16 +284,44 @@ fn encoding(p: &Reader<'_>) -> Option<Encoding> {
     gamma.map(Encoding::Gamma)
 }
 
-fn mapping(p: &Reader<'_>) -> UvMapping {
-    let mappings = [("uv", true), ("spherical", false), ("cylindrical", false), ("planar", false)];
-    if !p.choice("mapping", &mappings, true) {
-        p.unsupported(&["mapping"], "the surface's own coordinates are used");
-    }
-    p.without_effect(&["v1", "v2"]);
-    UvMapping {
+/// The map to a texture of two dimensions. Those that are not `uv` start from the space of the definition.
+fn mapping(p: &Reader<'_>, texture: &Definition) -> TextureMapping {
+    type Make = fn(&Reader<'_>, Transform) -> TextureMapping;
+    let mappings: [(&str, Make); 4] = [
+        ("uv", uv_mapping),
+        ("spherical", |_, world_to_texture| TextureMapping::Spherical { world_to_texture }),
+        ("cylindrical", |_, world_to_texture| TextureMapping::Cylindrical { world_to_texture }),
+        ("planar", planar_mapping),
+    ];
+    let make = p.choice("mapping", &mappings, uv_mapping);
+    let mapping = make(p, texture.world_to_texture());
+    // Programs write them whatever the mapping is.
+    p.without_effect(&["uscale", "vscale", "udelta", "vdelta", "v1", "v2"]);
+    mapping
+}
+
+fn uv_mapping(p: &Reader<'_>, _: Transform) -> TextureMapping {
+    TextureMapping::Uv(UvMapping {
         scale: [p.float("uscale", 1.0), p.float("vscale", 1.0)],
         offset: [p.float("udelta", 0.0), p.float("vdelta", 0.0)],
+    })
+}
+
+fn planar_mapping(p: &Reader<'_>, world_to_texture: Transform) -> TextureMapping {
+    TextureMapping::Planar {
+        world_to_texture,
+        s: vector(p, "v1", Vec3::X),
+        t: vector(p, "v2", Vec3::Y),
+        offset: [p.float("udelta", 0.0), p.float("vdelta", 0.0)],
     }
+}
+
+/// The vector called `name`.
+fn vector(p: &Reader<'_>, name: &'static str, default: Vec3) -> Vec3 {
+    let (Some(vectors), Some(parameter)) = (p.vectors(name, ParameterKind::Vector3), p.find(name)) else {
+        return default;
+    };
+    p.one(parameter, &vectors).copied().unwrap_or(default)
 }
 
 /// The mean colour of the image called `name`, in the image's own primaries.
