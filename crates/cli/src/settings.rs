@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use sahl::image::{Curve, ToneMap};
 use sahl::render::accel::{self, Builder};
 use sahl::render::{Aov, BuildOptions};
-use sahl::scene::{Film, Integrator, LightSampler, SceneDesc, suggest};
+use sahl::scene::{Film, Integrator, PathTracer, SceneDesc, suggest};
 
 use crate::args::{
     AccelName, AovName, ColorMode, Crop, CurveName, Definition, Fractions, IntegratorName, PixelPosition,
@@ -183,23 +183,26 @@ impl Edits {
     }
 
     fn apply_integrator(&self, integrator: &mut Integrator) -> Result<(), Failure> {
-        let (depth, sampler) = match *integrator {
-            Integrator::Path { max_depth, light_sampler } => (max_depth, light_sampler),
-            Integrator::Whitted { max_depth } => (max_depth, LightSampler::default()),
-            Integrator::Ao { .. } | Integrator::Normals => (5, LightSampler::default()),
+        let path = match *integrator {
+            Integrator::Path(path) => path,
+            Integrator::Whitted { max_depth } => PathTracer { max_depth, ..PathTracer::default() },
+            Integrator::Ao { .. } | Integrator::Normals => PathTracer::default(),
         };
         match self.integrator {
             None => {}
-            Some(IntegratorName::Path) => {
-                *integrator = Integrator::Path { max_depth: depth, light_sampler: sampler };
+            Some(IntegratorName::Path) => *integrator = Integrator::Path(path),
+            Some(IntegratorName::Whitted) => {
+                *integrator = Integrator::Whitted { max_depth: path.max_depth };
             }
-            Some(IntegratorName::Whitted) => *integrator = Integrator::Whitted { max_depth: depth },
             Some(IntegratorName::Ao) if matches!(integrator, Integrator::Ao { .. }) => {}
             Some(IntegratorName::Ao) => *integrator = Integrator::Ao { max_distance: f32::INFINITY },
             Some(IntegratorName::Normals) => *integrator = Integrator::Normals,
         }
         match (self.max_depth, integrator) {
-            (Some(depth), Integrator::Path { max_depth, .. } | Integrator::Whitted { max_depth }) => {
+            (
+                Some(depth),
+                Integrator::Path(PathTracer { max_depth, .. }) | Integrator::Whitted { max_depth },
+            ) => {
                 *max_depth = depth;
                 Ok(())
             }

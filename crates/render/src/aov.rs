@@ -84,7 +84,7 @@ impl Features {
     /// What `ray` sees first.
     pub(crate) fn of(tracer: &mut Tracer<'_>, ray: &Ray, aovs: &[Aov]) -> Self {
         let mut features = Self { values: [0.0; MAX_SUMS], len: 0 };
-        let Some(at) = tracer.nearest(ray) else {
+        let Some(at) = tracer.nearest_surface(ray) else {
             features.len = Aov::sums(aovs).min(MAX_SUMS);
             return features;
         };

@@ -14,6 +14,7 @@ pub mod bsdf;
 pub mod distribution;
 pub mod filter;
 pub mod material;
+pub mod medium;
 pub mod sampler;
 pub mod spectrum;
 pub mod texture;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sahl_accel::{Accel, Hit};
-use sahl_math::{Bounds3, Ray, Vec2};
+use sahl_math::{Bounds3, Ray, Vec2, Vec3};
 
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
@@ -13,8 +13,9 @@ use crate::integrator::TileRenderer;
 use crate::interaction::Interaction;
 use crate::light::Light;
 use crate::material::Material;
+use crate::medium::Medium;
 use crate::sampler::Sampler;
-use crate::shape::Attributes;
+use crate::shape::{Attributes, Border};
 use crate::spectrum::Wavelengths;
 use crate::texture::{TexturePoint, Textures};
 
@@ -68,6 +69,10 @@ pub(crate) struct SceneData {
     pub(crate) attributes: Vec<Attributes>,
     pub(crate) materials: Vec<Material>,
     pub(crate) textures: Textures,
+    /// None if the integrator leaves them out.
+    pub(crate) media: Vec<Medium>,
+    /// In which of them the camera is, or [`Border::VACUUM`].
+    pub(crate) camera_medium: u32,
     pub(crate) lights: Vec<Light>,
     /// Which lights rays find that leave the scene.
     pub(crate) environments: Vec<u32>,
@@ -131,6 +136,27 @@ impl SceneData {
     pub(crate) fn bsdf(&self, at: &Interaction, wavelengths: &Wavelengths) -> Bsdf {
         let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
         self.materials[at.material as usize].bsdf(&self.textures, &point, wavelengths)
+    }
+
+    /// Whether `hit` lies on no surface, but on the border of a medium alone.
+    #[inline]
+    pub(crate) fn is_border(&self, hit: &Hit) -> bool {
+        self.attributes[hit.geometry as usize].border.is_open
+    }
+
+    /// The medium of light that leaves `at`, which `hit` found from within `medium`, along `direction`.
+    #[inline]
+    pub(crate) fn medium_beyond(&self, hit: &Hit, at: &Interaction, direction: Vec3, medium: u32) -> u32 {
+        match self.attributes[hit.geometry as usize].border {
+            Border { sides: Some([inside, outside]), .. } => {
+                if direction.dot(at.ng) > 0.0 {
+                    outside
+                } else {
+                    inside
+                }
+            }
+            Border { sides: None, .. } => medium,
+        }
     }
 
     /// The light that the surface is, if it emits.

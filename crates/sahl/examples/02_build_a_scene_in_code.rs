@@ -45,6 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             reverse_orientation: false,
             material,
             area_light: None,
+            media: None,
         };
         let ball = scene.shapes.push(ball, Origin::default());
         scene.world.push(ball);

@@ -3,6 +3,8 @@
 use sahl_math::Transform;
 use serde::{Deserialize, Serialize};
 
+use crate::{Handle, Medium};
+
 /// A camera: +z is forward, +y up and +x right in its space.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
@@ -20,6 +22,8 @@ pub struct Camera {
     pub focal_distance: f32,
     /// When the shutter opens and closes, in seconds.
     pub shutter: [f32; 2],
+    /// What the camera stands in; `None` is empty space.
+    pub medium: Option<Handle<Medium>>,
 }
 
 /// How directions become places on the film.
@@ -44,6 +48,7 @@ impl Default for Camera {
             lens_radius: 0.0,
             focal_distance: 1e6,
             shutter: [0.0, 1.0],
+            medium: None,
         }
     }
 }

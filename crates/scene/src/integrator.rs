@@ -6,12 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Integrator {
     /// Path tracing with next-event estimation and multiple importance sampling.
-    Path {
-        /// Most bounces.
-        max_depth: u32,
-        /// How one light is chosen of many.
-        light_sampler: LightSampler,
-    },
+    Path(PathTracer),
     /// Direct light, and mirror reflections and refractions followed as a tree (Whitted 1980).
     Whitted {
         /// Most reflections and refractions in a row.
@@ -24,6 +19,24 @@ pub enum Integrator {
     },
     /// Shading normals as colours: (n + 1) / 2.
     Normals,
+}
+
+/// Settings of path tracing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PathTracer {
+    /// Most bounces: at surfaces and in media, but not where light passes the border of a medium.
+    pub max_depth: u32,
+    /// How one light is chosen of many.
+    pub light_sampler: LightSampler,
+    /// Whether media are there; without them space is empty, and [`crate::Material::Interface`] invisible.
+    pub media: bool,
+}
+
+impl Default for PathTracer {
+    /// pbrt's default depth; media are there.
+    fn default() -> Self {
+        Self { max_depth: 5, light_sampler: LightSampler::Tree, media: true }
+    }
 }
 
 /// How one light is chosen of many.
@@ -41,6 +54,6 @@ pub enum LightSampler {
 impl Default for Integrator {
     /// Path tracing to pbrt's default depth.
     fn default() -> Self {
-        Self::Path { max_depth: 5, light_sampler: LightSampler::Tree }
+        Self::Path(PathTracer::default())
     }
 }

@@ -14,6 +14,7 @@ mod film;
 mod integrator;
 mod light;
 mod material;
+mod medium;
 mod shape;
 mod source;
 mod spectrum;
@@ -31,9 +32,10 @@ pub use arena::{Arena, Handle, Origin};
 pub use camera::{Camera, Projection};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use film::{Film, Filter, Sampler, SamplerKind};
-pub use integrator::{Integrator, LightSampler};
+pub use integrator::{Integrator, LightSampler, PathTracer};
 pub use light::{AreaLight, Light, Radiance};
 pub use material::{ConductorReflectance, Material, Roughness};
+pub use medium::{Coefficients, Emission, Medium, MediumInterface};
 pub use shape::{Geometry, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};
 pub use spectrum::Spectrum;
@@ -61,6 +63,8 @@ pub struct SceneDesc {
     pub textures: Arena<Texture>,
     /// Surface scattering.
     pub materials: Arena<Material>,
+    /// What fills the space between surfaces.
+    pub media: Arena<Medium>,
     /// Meshes of triangles.
     pub triangle_meshes: Arena<TriangleMesh>,
     /// Meshes of bilinear patches.

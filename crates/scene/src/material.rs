@@ -26,6 +26,8 @@ pub enum Material {
         /// Its microfacets.
         roughness: Roughness,
     },
+    /// No surface, but the border of a medium: light passes it unchanged.
+    Interface,
 }
 
 impl Default for Material {

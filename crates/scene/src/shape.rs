@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sahl_math::{Transform, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{AreaLight, Handle, Material};
+use crate::{AreaLight, Handle, Material, MediumInterface};
 
 /// A surface with what it is made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,8 @@ pub struct Shape {
     pub material: Handle<Material>,
     /// What it emits.
     pub area_light: Option<AreaLight>,
+    /// The media that it parts; `None` where light stays in the medium through which it came.
+    pub media: Option<MediumInterface>,
 }
 
 /// A surface in its own space. Angles are in radians.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use sahl::render::{BuildOptions, RenderOptions, Scene};
-use sahl::scene::{Integrator, SceneDesc};
+use sahl::scene::{Integrator, PathTracer, SceneDesc};
 use serde_json::json;
 
 use crate::args::{BenchArgs, BenchKind, Resolution, SpeedArgs};
@@ -63,7 +63,7 @@ fn edit(scene: &mut SceneDesc, args: &SpeedArgs) -> Result<(), Failure> {
     resize(scene, args.resolution);
     match (args.max_depth, &mut scene.integrator) {
         (None, _) => Ok(()),
-        (Some(depth), Integrator::Path { max_depth, .. } | Integrator::Whitted { max_depth }) => {
+        (Some(depth), Integrator::Path(PathTracer { max_depth, .. }) | Integrator::Whitted { max_depth }) => {
             *max_depth = depth;
             Ok(())
         }

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use sahl::image::Pixels;
 use sahl::render::{BuildOptions, SceneStats};
 use sahl::scene::{
-    Filter, Geometry, Integrator, Light, Material, Origin, Projection, Radiance, SamplerKind, SceneDesc,
-    Texture,
+    Filter, Geometry, Integrator, Light, Material, Origin, PathTracer, Projection, Radiance, SamplerKind,
+    SceneDesc, Texture,
 };
 use serde_json::{Value, json};
 
@@ -68,6 +68,7 @@ fn materials(scene: &SceneDesc) -> Tally {
         Material::Diffuse { .. } => "diffuse",
         Material::Conductor { .. } => "conductor",
         Material::Dielectric { .. } => "dielectric",
+        Material::Interface => "interface",
     }))
 }
 
@@ -113,7 +114,7 @@ fn shapes(scene: &SceneDesc) -> Tally {
 
 fn integrator(scene: &SceneDesc) -> String {
     match scene.integrator {
-        Integrator::Path { max_depth, .. } => {
+        Integrator::Path(PathTracer { max_depth, .. }) => {
             format!("path, {} at most", format::plural(max_depth as usize, "bounce"))
         }
         Integrator::Whitted { max_depth } => {

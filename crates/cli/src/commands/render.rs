@@ -298,7 +298,7 @@ fn replay(scene: &Scene, description: &SceneDesc, pixel: [u32; 2]) -> Result<Exi
 
 fn integrator_name(integrator: &Integrator) -> &'static str {
     match integrator {
-        Integrator::Path { .. } => "path",
+        Integrator::Path(_) => "path",
         Integrator::Whitted { .. } => "whitted",
         Integrator::Ao { .. } => "ao",
         Integrator::Normals => "normals",

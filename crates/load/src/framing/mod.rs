@@ -23,8 +23,8 @@ use std::f32::consts::FRAC_PI_2;
 
 use sahl_math::{Bounds3, Transform, Vec3};
 use sahl_scene::{
-    AreaLight, Camera, Geometry, Integrator, Light, LightSampler, Material, Origin, Projection, Radiance,
-    SceneDesc, Shape, Spectrum, SpectrumParam,
+    AreaLight, Camera, Geometry, Integrator, Light, LightSampler, Material, Origin, PathTracer, Projection,
+    Radiance, SceneDesc, Shape, Spectrum, SpectrumParam,
 };
 
 use surroundings::{Soup, Surroundings};
@@ -71,7 +71,8 @@ pub(crate) fn frame(scene: &mut SceneDesc) {
             light_sampler = LightSampler::Uniform;
         }
         // Light comes round more corners than between objects.
-        scene.integrator = Integrator::Path { max_depth: 8, light_sampler };
+        scene.integrator =
+            Integrator::Path(PathTracer { max_depth: 8, light_sampler, ..PathTracer::default() });
     } else {
         frame_object(scene, &bounds, center, radius);
         if !has_emitters {
@@ -201,7 +202,8 @@ fn add_shape(
 ) {
     let origin = Origin { name: Some(name.to_owned()), span: None };
     let material = scene.materials.push(material, origin.clone());
-    let shape = Shape { geometry, shape_to_world, reverse_orientation: false, material, area_light };
+    let shape =
+        Shape { geometry, shape_to_world, reverse_orientation: false, material, area_light, media: None };
     let shape = scene.shapes.push(shape, origin);
     scene.world.push(shape);
 }

@@ -24,6 +24,7 @@ fn scene_of(mesh: TriangleMesh) -> SceneDesc {
         reverse_orientation: false,
         material,
         area_light: None,
+        media: None,
     };
     let shape = scene.shapes.push(shape, Origin::default());
     scene.world.push(shape);

@@ -123,6 +123,7 @@ impl Assembly<'_> {
             reverse_orientation: false,
             material,
             area_light,
+            media: None,
         };
         let shape = scene.shapes.push(shape, origin);
         scene.world.push(shape);

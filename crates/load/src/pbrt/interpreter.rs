@@ -9,11 +9,12 @@ use sahl_scene::{Diagnostic, Diagnostics, SceneDesc, Sources, Span};
 use super::context::{Context, Files};
 use super::inclusion::Inclusion;
 use super::materials::NamedMaterials;
+use super::media::NamedMedia;
 use super::objects::Objects;
 use super::report::{Report, quote};
 use super::scope::Scopes;
 use super::state::{CATEGORIES, State};
-use super::statement::{Block, Directive, Name, Statement};
+use super::statement::{Block, Directive, Statement};
 use super::translate::{self, Options};
 use crate::AssetSource;
 
@@ -27,9 +28,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) objects: Objects,
     /// Named coordinate systems: the transforms that were in force.
     pub(super) coordinate_systems: BTreeMap<String, [Transform; 2]>,
-    /// Media by name, and where `MediumInterface` names some.
-    pub(super) media: BTreeMap<String, Span>,
-    pub(super) medium_uses: Vec<Name>,
+    pub(super) media: NamedMedia,
     pub(super) options: Options,
     /// Sensitivity of the film.
     pub(super) iso: f32,
@@ -66,8 +65,7 @@ impl<'a> Interpreter<'a> {
                 ("world".to_owned(), identity),
                 ("camera".to_owned(), identity),
             ]),
-            media: BTreeMap::new(),
-            medium_uses: Vec::new(),
+            media: NamedMedia::default(),
             options: Options::default(),
             iso: 100.0,
             sampler_has_seed: false,
@@ -125,7 +123,7 @@ impl<'a> Interpreter<'a> {
                 self.option_plugin(&statement);
             }
             D::MakeNamedMedium => self.medium(&statement),
-            D::MediumInterface => self.medium_interface(statement),
+            D::MediumInterface => self.medium_interface(&statement),
             D::Material => self.material(&statement),
             D::MakeNamedMaterial => self.make_named_material(&statement),
             D::NamedMaterial => self.named_material(&statement),
@@ -213,7 +211,7 @@ impl<'a> Interpreter<'a> {
         self.close_scopes(0);
         self.resolve_instances();
         self.materials.resolve(&mut self.cx.scene, &self.cx.report);
-        self.check_media();
+        self.media.check(&self.cx.report);
         self.check_world();
         if let (Some(seed), false) = (self.options.seed, self.sampler_has_seed) {
             self.cx.scene.sampler.seed = u64::from(seed);

@@ -19,6 +19,7 @@ pub(super) struct NamedMaterials {
     /// Materials that are copies of others.
     aliases: BTreeMap<usize, Alias>,
     default: Option<Handle<Material>>,
+    interface: Option<Handle<Material>>,
 }
 
 /// A name that is defined, used, or both.
@@ -43,6 +44,11 @@ impl NamedMaterials {
     /// The material of shapes for which none is given.
     pub(super) fn default_material(&mut self, scene: &mut SceneDesc) -> Handle<Material> {
         *self.default.get_or_insert_with(|| scene.materials.push(Material::default(), Origin::default()))
+    }
+
+    /// The material of shapes that bound media only.
+    pub(super) fn interface(&mut self, scene: &mut SceneDesc) -> Handle<Material> {
+        *self.interface.get_or_insert_with(|| scene.materials.push(Material::Interface, Origin::default()))
     }
 
     /// The material called `name`; an empty place for it if it is not defined yet.

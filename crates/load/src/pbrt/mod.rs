@@ -5,7 +5,7 @@
 //! 2. [`parser`] and [`parameter_list`]: tokens to [`statement::Statement`]s, by the table of directives in
 //!    [`statement`];
 //! 3. [`interpreter`]: statements to changes of the graphics state ([`state`], [`transforms`], [`scope`], [`objects`],
-//!    [`materials`], [`inclusion`], [`plugins`]);
+//!    [`materials`], [`media`], [`inclusion`], [`plugins`]);
 //! 4. [`translate`]: the parameters of a plugin, asked for through a [`reader::Reader`], to a part of the scene.
 //!
 //! Where Sahl lacks what a file asks for, the nearest that it has is used, and a warning with its place says so.
@@ -18,6 +18,7 @@ mod inclusion;
 mod interpreter;
 mod lexer;
 mod materials;
+mod media;
 mod number;
 mod objects;
 mod parameter;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use sahl_scene::{Diagnostic, Shape, Span, Spectrum};
+use sahl_scene::{Camera, Diagnostic, MediumInterface, Shape, Span, Spectrum};
 
 use super::interpreter::Interpreter;
 use super::parameter::Parameter;
@@ -57,7 +57,7 @@ impl Interpreter<'_> {
     fn camera(&mut self, name: &str, p: &Reader<'_>) {
         self.warn_of_motion(p.span(), "the camera");
         if let Some(camera) = translate::camera(name, p, &self.state.transform()) {
-            self.cx.scene.camera = camera;
+            self.cx.scene.camera = Camera { medium: self.state.media.outside, ..camera };
         }
         let to_world = self.state.transforms.map(|transform| transform.inverse());
         self.coordinate_systems.insert("camera".to_owned(), to_world);
@@ -69,31 +69,6 @@ impl Interpreter<'_> {
             let message = format!("motion is not supported: {what} stays where it is at the start");
             self.report().warning("unsupported-motion", span, message);
         }
-    }
-
-    pub(super) fn medium(&mut self, statement: &Statement) {
-        let [name] = &statement.names[..] else { return };
-        if self.media.insert(name.text.clone(), name.span).is_some() {
-            let message = format!("medium {} is defined twice", quote(name.text.as_bytes()));
-            self.report().error("redefinition", name.span, message);
-        }
-        let report = Rc::clone(&self.cx.report);
-        if let Some(kind) = self.plugin_type(statement) {
-            let defaults = self.state.defaults(Category::Medium);
-            let p = reader("medium", &kind, statement, &defaults, &report);
-            p.without_effect(&["type"]);
-            translate::medium(&kind.text, &p);
-            p.finish();
-        }
-    }
-
-    pub(super) fn medium_interface(&mut self, statement: Statement) {
-        let named: Vec<Name> = statement.names.into_iter().filter(|name| !name.text.is_empty()).collect();
-        if !named.is_empty() {
-            let message = "participating media are not supported: both sides are empty space";
-            self.report().warning("unsupported-medium", statement.span, message);
-        }
-        self.medium_uses.extend(named);
     }
 
     /// The plugin that `"string type"` names, for directives that define something by name.
@@ -155,10 +130,14 @@ impl Interpreter<'_> {
                     let message = "the light of a shape without a surface is left out, as in pbrt-v4";
                     self.report().warning("dropped-light", statement.span, message);
                 }
-                return;
+                self.materials.interface(&mut self.cx.scene)
             }
         };
-        let area_light = self.area_light_of_shape(statement.span);
+        let area_light = match self.state.material {
+            CurrentMaterial::Interface => None,
+            _ => self.area_light_of_shape(statement.span),
+        };
+        let media = Some(self.state.media).filter(MediumInterface::is_transition);
         for geometry in geometries {
             let shape = Shape {
                 geometry,
@@ -166,16 +145,9 @@ impl Interpreter<'_> {
                 reverse_orientation: self.state.reverse_orientation,
                 material,
                 area_light: area_light.as_deref().cloned(),
+                media,
             };
             self.add_shape(shape, statement.span);
-        }
-    }
-
-    pub(super) fn check_media(&self) {
-        for name in self.medium_uses.iter().filter(|name| !self.media.contains_key(&name.text)) {
-            let message = format!("there is no medium called {}", quote(name.text.as_bytes()));
-            let diagnostic = Diagnostic::error("unknown-medium", name.span, message);
-            self.report().push_with_choices(diagnostic, &name.text, self.media.keys().map(String::as_str));
         }
     }
 

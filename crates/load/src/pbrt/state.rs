@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use sahl_image::ColorSpace;
 use sahl_math::Transform;
-use sahl_scene::{AreaLight, Handle, Material};
+use sahl_scene::{AreaLight, Handle, Material, MediumInterface};
 
 use super::parameter::Parameter;
 
@@ -25,6 +25,8 @@ pub(super) struct State {
     pub(super) reverse_orientation: bool,
     pub(super) material: CurrentMaterial,
     pub(super) area_light: Option<Rc<AreaLight>>,
+    /// The media about shapes and the camera.
+    pub(super) media: MediumInterface,
     /// The space of RGB values.
     pub(super) color_space: ColorSpace,
     /// What `Attribute` sets, by [`Category`].
@@ -69,6 +71,7 @@ impl Default for State {
             reverse_orientation: false,
             material: CurrentMaterial::Default,
             area_light: None,
+            media: MediumInterface::default(),
             color_space: ColorSpace::Srgb,
             defaults: Default::default(),
         }

@@ -127,6 +127,7 @@ fn add_shapes(scene: &mut SceneDesc, mesh: PlyMesh, origin: &Origin) {
             reverse_orientation: false,
             material,
             area_light: None,
+            media: None,
         };
         let shape = scene.shapes.push(shape, origin.clone());
         scene.world.push(shape);

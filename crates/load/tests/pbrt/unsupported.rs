@@ -2,8 +2,8 @@
 
 use sahl_load::{MemoryAssets, load_pbrt};
 use sahl_scene::{
-    ConductorReflectance, Diagnostics, Film, Filter, Integrator, Light, Material, Projection, SceneDesc,
-    Spectrum, SpectrumParam, Texture,
+    ConductorReflectance, Diagnostics, Film, Filter, Integrator, Light, Material, PathTracer, Projection,
+    SceneDesc, Spectrum, SpectrumParam, Texture,
 };
 
 fn read(text: &str) -> (SceneDesc, Diagnostics) {
@@ -31,10 +31,14 @@ fn silent(text: &str) -> SceneDesc {
 
 #[test]
 fn integrators() {
-    for name in ["volpath", "simplepath", "simplevolpath", "randomwalk", "lightpath", "bdpt", "mlt", "sppm"] {
+    let used = [("simplepath", false), ("simplevolpath", true), ("randomwalk", false), ("lightpath", false)];
+    for (name, media) in used.into_iter().chain([("bdpt", true), ("mlt", true), ("sppm", false)]) {
         let scene =
             warned(&format!("Integrator \"{name}\" \"integer maxdepth\" 9\nWorldBegin"), "`path` is used");
-        assert!(matches!(scene.integrator, Integrator::Path { max_depth: 9, .. }), "{name}");
+        let Integrator::Path(PathTracer { max_depth: 9, media: found, .. }) = scene.integrator else {
+            panic!("{name}: {:?}", scene.integrator)
+        };
+        assert_eq!(found, media, "{name}");
     }
     let scene = silent("Integrator \"ambientocclusion\" \"float maxdistance\" 2 WorldBegin");
     assert_eq!(scene.integrator, Integrator::Ao { max_distance: 2.0 });
@@ -86,8 +90,6 @@ fn materials() {
     assert_eq!(*eta, SpectrumParam::Constant(Spectrum::Named("metal-Cu-eta".to_owned())));
     warned("WorldBegin Material \"thindielectric\" \"float eta\" 1.3", "`dielectric` is used");
     warned("WorldBegin Material \"measured\" \"string filename\" \"a.bsdf\"", "`diffuse`");
-    let scene = warned("WorldBegin Material \"interface\" Shape \"sphere\"", "left out");
-    assert!(scene.shapes.is_empty());
 }
 
 #[test]
@@ -132,7 +134,9 @@ fn lights_media_and_motion() {
         "`spot`",
     );
     assert!(matches!(scene.lights.values(), [Light::Spot { .. }]));
-    warned("WorldBegin MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"float g\" 0.5", "unchanged");
+    for kind in ["uniformgrid", "rgbgrid", "cloud", "nanovdb"] {
+        warned(&format!("WorldBegin MakeNamedMedium \"m\" \"string type\" \"{kind}\""), "unchanged");
+    }
     warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"", "motion");
     silent("WorldBegin ActiveTransform All Translate 1 0 0 Shape \"sphere\"");
     warned("Option \"forcediffuse\" true WorldBegin", "stay as they are");

@@ -9,7 +9,7 @@ use sahl_scene::{FloatParam, Geometry, Handle, Material, Roughness, SceneDesc, S
 use super::lights::LightBuilder;
 use crate::scene::SceneStats;
 use crate::shape::{
-    Attributes, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, TriangleEmitter,
+    Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, TriangleEmitter,
     clamp_heights, clamp_sweep, uniform_scale,
 };
 
@@ -19,20 +19,25 @@ pub(super) struct GeometryBuilder<'a> {
     pub(super) world: World,
     pub(super) attributes: Vec<Attributes>,
     pub(super) counts: SceneStats,
+    /// Whether borders of media count. They are left out where nothing else is to be seen of them.
+    media: bool,
 }
 
 impl<'a> GeometryBuilder<'a> {
-    pub(super) fn new(description: &'a SceneDesc) -> Self {
+    pub(super) fn new(description: &'a SceneDesc, media: bool) -> Self {
         let counts = SceneStats::default();
-        Self { description, world: World::default(), attributes: Vec::new(), counts }
+        Self { description, world: World::default(), attributes: Vec::new(), counts, media }
     }
 
     /// Adds every shape of the world and of the objects, and the lights that shapes of the world are.
     pub(super) fn build(mut self, lights: &mut LightBuilder<'_>) -> Self {
         for &handle in &self.description.world {
+            if !self.is_there(handle) {
+                continue;
+            }
             let index = self.push(handle);
             let shape = &self.description.shapes[handle];
-            if let Some(area_light) = &shape.area_light {
+            if let Some(area_light) = shape.area_light.as_ref().filter(|_| !self.is_open(handle)) {
                 let emitters = self.emitters(shape, index);
                 let span = self.description.shapes.origin(handle).span;
                 self.attributes[index as usize].lights = lights.add_area(area_light, emitters, span);
@@ -42,6 +47,9 @@ impl<'a> GeometryBuilder<'a> {
         for object in self.description.objects.values() {
             let mut group = Vec::with_capacity(object.shapes.len());
             for &handle in &object.shapes {
+                if !self.is_there(handle) {
+                    continue;
+                }
                 group.push(self.push(handle));
                 if self.description.shapes[handle].area_light.is_some() {
                     lights.refuse_instanced(self.description.shapes.origin(handle).span);
@@ -57,6 +65,16 @@ impl<'a> GeometryBuilder<'a> {
         self
     }
 
+    /// Whether the shape is no more than the border of a medium.
+    fn is_open(&self, shape: Handle<Shape>) -> bool {
+        self.description.materials[self.description.shapes[shape].material] == Material::Interface
+    }
+
+    /// Whether the shape has anything to do with light.
+    fn is_there(&self, shape: Handle<Shape>) -> bool {
+        self.media || !self.is_open(shape)
+    }
+
     /// Adds a shape's geometry and attributes; returns their index.
     fn push(&mut self, handle: Handle<Shape>) -> u32 {
         let shape = &self.description.shapes[handle];
@@ -68,6 +86,7 @@ impl<'a> GeometryBuilder<'a> {
             normals: None,
             uvs: None,
             lights: None,
+            border: Border::new(shape, self.is_open(handle)),
         };
         let geometry = match shape.geometry {
             Geometry::Triangles(mesh) => {
@@ -166,7 +185,7 @@ fn baked_positions(positions: &Arc<[Vec3]>, transform: &Transform) -> Arc<[Vec3]
 /// Whether the BSDF depends on more than the normal: whether the microfacets differ along the tangents.
 fn needs_tangent(material: &Material) -> bool {
     match material {
-        Material::Diffuse { .. } => false,
+        Material::Diffuse { .. } | Material::Interface => false,
         Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => {
             let Roughness { u, v, .. } = roughness;
             match (u, v) {

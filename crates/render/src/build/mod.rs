@@ -8,6 +8,7 @@
 
 mod geometry;
 mod lights;
+mod media;
 
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ use crate::integrator::{self, MOST_WHITTED_DEPTH};
 use crate::material::Material;
 use crate::sampler::Sampler;
 use crate::scene::{Scene, SceneData, SceneStats};
+use crate::shape::Border;
 use crate::texture::Textures;
 
 use geometry::GeometryBuilder;
@@ -47,12 +49,15 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         let message = format!("`whitted` follows {MOST_WHITTED_DEPTH} reflections in a row, not {max_depth}");
         diagnostics.push(Diagnostic::warning("depth-limited", None, message));
     }
+    media::warn_of_absence(description, &mut diagnostics);
     let textures = Textures::new(description, &mut diagnostics);
     let materials = materials(description, &textures, &mut diagnostics);
     let mut lights = LightBuilder::new(description, &mut diagnostics);
-    let geometry = GeometryBuilder::new(description).build(&mut lights);
+    let has_media = media::are_honoured(description);
+    let geometry = GeometryBuilder::new(description, has_media).build(&mut lights);
     lights.add_lights();
     let lights = lights.lights;
+    let media = if has_media { media::media(description, &mut diagnostics) } else { Vec::new() };
     if diagnostics.has_errors() {
         return (None, diagnostics);
     }
@@ -71,11 +76,13 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     };
     let environments = (0..lights.len() as u32).filter(|&i| lights[i as usize].is_environment()).collect();
     let data = SceneData {
-        integrator: integrator::new(&description.integrator, &lights, radius),
+        integrator: integrator::new(&description.integrator, &lights, radius, has_media),
         accel,
         attributes: geometry.attributes,
         materials,
         textures,
+        media,
+        camera_medium: description.camera.medium.map_or(Border::VACUUM, |medium| medium.index() as u32),
         lights,
         environments,
         camera: Camera::new(&description.camera, description.film.resolution),

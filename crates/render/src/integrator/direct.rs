@@ -19,7 +19,7 @@ pub(super) struct Scattering<'a> {
 impl Scattering<'_> {
     /// f |cos θ| for light from `wi`, and the density with which the BSDF samples `wi`.
     #[inline]
-    fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
         let to_local = |w| self.at.shading.to_local(w);
         let (wo, local) = (to_local(self.wo), to_local(wi));
         (self.bsdf.eval(wo, local), self.bsdf.pdf(wo, local))

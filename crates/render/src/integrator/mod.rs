@@ -17,6 +17,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use sahl_math::{Ray, Vec2};
+use sahl_scene::PathTracer;
 
 use crate::Aov;
 use crate::aov::Features;
@@ -100,15 +101,21 @@ fn camera_sample(
     CameraSample { ray, radiance: integrator.radiance(tracer, ray), weight: filtered.weight }
 }
 
-/// The integrator that `description` asks for, in a scene with the given lights and radius.
+/// The integrator that `description` asks for, in a scene with the given lights and radius; `media` tells whether there are
+/// any that it must know of.
 pub(crate) fn new(
     description: &sahl_scene::Integrator,
     lights: &[Light],
     scene_radius: f32,
+    media: bool,
 ) -> Box<dyn TileRenderer> {
     match *description {
-        sahl_scene::Integrator::Path { max_depth, light_sampler } => {
-            Box::new(Path::new(max_depth, LightSelection::new(light_sampler, lights, scene_radius)))
+        sahl_scene::Integrator::Path(PathTracer { max_depth, light_sampler, .. }) => {
+            let selection = LightSelection::new(light_sampler, lights, scene_radius);
+            match media {
+                true => Box::new(Path::<true>::new(max_depth, selection)),
+                false => Box::new(Path::<false>::new(max_depth, selection)),
+            }
         }
         sahl_scene::Integrator::Whitted { max_depth } => Box::new(Whitted::new(max_depth)),
         sahl_scene::Integrator::Ao { max_distance } => Box::new(AmbientOcclusion::new(max_distance)),

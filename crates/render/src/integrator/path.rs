@@ -1,11 +1,15 @@
 //! Path tracing.
 //!
 //! Source: Kajiya, *The Rendering Equation*, SIGGRAPH 1986; Veach, *Robust Monte Carlo Methods for Light Transport
-//! Simulation*, 1997, chapter 9 for the combination of both ways to find a light.
+//! Simulation*, 1997, chapter 9 for the combination of both ways to find a light. What happens in media is told in
+//! [`volume`].
 //!
-//! In a scene file: `Integrator "path" "integer maxdepth" 8`.
+//! In a scene file: `Integrator "path" "integer maxdepth" 8`, or `"volpath"` for scenes with media.
 
-use sahl_math::{Ray, Vec3};
+mod volume;
+
+use sahl_accel::Hit;
+use sahl_math::Ray;
 
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
@@ -13,9 +17,13 @@ use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
 use crate::spectrum::Spectrum;
 
+use volume::{Flight, Vertex, Volume};
+
 /// Path tracing with next-event estimation, multiple importance sampling and Russian roulette.
+///
+/// `MEDIA`: whether there are any. Scenes without them have an integrator of their own that knows nothing of them.
 #[derive(Debug)]
-pub(crate) struct Path {
+pub(crate) struct Path<const MEDIA: bool> {
     max_depth: u32,
     selection: LightSelection,
 }
@@ -25,6 +33,23 @@ const MAX_SURE_DEPTH: u32 = 32;
 
 /// The chance to go on from there.
 const LATE_SURVIVAL: f32 = 0.95;
+
+/// A path on its way from the camera into the scene.
+struct Walk {
+    /// The ray that it follows now.
+    ray: Ray,
+    /// What it has found.
+    radiance: Spectrum,
+    /// What its next find is multiplied by.
+    throughput: Spectrum,
+    /// The product of squared indices that the radiance was divided by: it comes back where the path leaves the glass.
+    eta_scale: f32,
+    arrival: Arrival,
+    /// Bounces so far.
+    depth: u32,
+    /// What only scenes with media need.
+    volume: Volume,
+}
 
 /// How a path came to where it is.
 #[derive(Clone, Copy)]
@@ -36,40 +61,46 @@ struct Arrival {
     pdf: Option<f32>,
 }
 
-impl Path {
+impl<const MEDIA: bool> Path<MEDIA> {
     /// Paths of at most `max_depth` bounces, with lights chosen by `selection`.
     pub(crate) fn new(max_depth: u32, selection: LightSelection) -> Self {
         Self { max_depth, selection }
     }
 
-    /// The weight of light that a BSDF sample found, beside the sampling of that light with density `light_pdf`.
+    /// The weight of light that the path found by scattering, beside the sampling of that light with density
+    /// `light_pdf`.
     #[inline]
-    fn weight_of_bsdf(&self, arrival: &Arrival, light: u32, light_pdf: impl FnOnce() -> f32) -> f32 {
-        let Some(pdf) = arrival.pdf else { return 1.0 };
-        let pmf = self.selection.pmf(&arrival.from, light);
-        if pmf == 0.0 { 1.0 } else { power_heuristic(pdf, pmf * light_pdf()) }
+    fn weight_of_found(&self, path: &Walk, light: u32, light_pdf: impl FnOnce() -> f32) -> f32 {
+        let pmf =
+            if path.arrival.pdf.is_some() { self.selection.pmf(&path.arrival.from, light) } else { 0.0 };
+        match path.arrival.pdf {
+            _ if MEDIA => path.volume.ratios.weight(pmf, light_pdf),
+            Some(pdf) if pmf != 0.0 => power_heuristic(pdf, pmf * light_pdf()),
+            _ => 1.0,
+        }
     }
 
     /// Radiance of lights at infinity along a ray that left the scene.
-    fn escaped(&self, tracer: &Tracer<'_>, ray: &Ray, arrival: &Arrival) -> Spectrum {
+    fn escaped(&self, tracer: &Tracer<'_>, path: &Walk) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
+        let direction = path.ray.direction;
         for &index in &tracer.scene.environments {
             let light = &tracer.scene.lights[index as usize];
-            let weight = self.weight_of_bsdf(arrival, index, || light.escaped_pdf(ray.direction));
-            radiance += light.escaped(ray.direction, &tracer.wavelengths) * weight;
+            let weight = self.weight_of_found(path, index, || light.escaped_pdf(direction));
+            radiance += light.escaped(direction, &tracer.wavelengths) * weight;
         }
         radiance
     }
 
     /// Radiance that the surface emits back along the path.
     #[inline]
-    fn emitted(&self, tracer: &Tracer<'_>, at: &Interaction, wo: Vec3, arrival: &Arrival) -> Spectrum {
+    fn emitted(&self, tracer: &Tracer<'_>, at: &Interaction, path: &Walk) -> Spectrum {
         let Some(light) = tracer.scene.light(at) else { return Spectrum::ZERO };
-        let emitted = light.emitted(at, wo, &tracer.wavelengths);
+        let emitted = light.emitted(at, -path.ray.direction, &tracer.wavelengths);
         if emitted.is_zero() {
             return emitted;
         }
-        emitted * self.weight_of_bsdf(arrival, at.light, || light.pdf(arrival.from.p, at))
+        emitted * self.weight_of_found(path, at.light, || light.pdf(path.arrival.from.p, at))
     }
 
     /// Light from one light, chosen at random, that the surface scatters along the path.
@@ -86,60 +117,106 @@ impl Path {
             weight / choice.pmf
         })
     }
+
+    /// Ends dim paths at random, and makes up for them with the others; whether this one goes on.
+    #[inline]
+    fn survives(&self, tracer: &mut Tracer<'_>, path: &mut Walk) -> bool {
+        let longest = if path.depth > MAX_SURE_DEPTH { LATE_SURVIVAL } else { 1.0 };
+        let mut carried = path.throughput * path.eta_scale;
+        if MEDIA {
+            carried *= path.volume.ratios.weight(0.0, || 0.0);
+        }
+        let survival = carried.max_component().min(longest);
+        if path.depth > 1 && survival < 1.0 {
+            if tracer.sampler.next_1d() >= survival {
+                return false;
+            }
+            path.throughput = path.throughput / survival;
+        }
+        true
+    }
+
+    /// Adds the light of a surface to the path and scatters the path there; whether it goes on.
+    // One caller, and the heart of the loop.
+    #[inline(always)]
+    fn bounce(&self, tracer: &mut Tracer<'_>, path: &mut Walk, at: &Interaction, hit: &Hit) -> bool {
+        let wo = -path.ray.direction;
+
+        // Add what the surface emits.
+        path.radiance += path.throughput * self.emitted(tracer, at, path);
+
+        // End at the greatest depth.
+        if path.depth == self.max_depth {
+            return false;
+        }
+        path.depth += 1;
+
+        // Add light that comes straight from a light.
+        let bsdf = tracer.bsdf(at);
+        let vantage = Vantage::on_surface(at, wo, bsdf.reach());
+        if !bsdf.is_specular() && !self.selection.is_empty() {
+            let scattering = Scattering { at, bsdf: &bsdf, wo };
+            let direct = if MEDIA {
+                let vertex = Vertex::Surface(&scattering, hit);
+                self.direct_through_media(tracer, &mut path.volume, &vertex, &vantage)
+            } else {
+                self.direct(tracer, &scattering, &vantage)
+            };
+            path.radiance += path.throughput * direct;
+        }
+
+        // Sample the direction from which the rest of the light comes.
+        let (u_lobe, u) = (tracer.sampler.next_1d(), tracer.sampler.next_2d());
+        let Some(sample) = bsdf.sample(at.shading.to_local(wo), u_lobe, u) else { return false };
+        let wi = at.shading.to_world(sample.wi);
+        if !at.sides_agree(wo, wi) {
+            return false;
+        }
+        path.throughput *= sample.weight;
+        path.eta_scale *= sample.eta * sample.eta;
+        path.arrival = Arrival { from: vantage, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
+        path.ray = at.spawn(wi);
+        if MEDIA {
+            path.volume.leave(tracer.scene, at, hit, wi);
+            path.volume.ratios.scatter(sample.pdf);
+        }
+        self.survives(tracer, path)
+    }
 }
 
-impl Integrator for Path {
-    fn radiance(&self, tracer: &mut Tracer<'_>, mut ray: Ray) -> Spectrum {
-        let mut radiance = Spectrum::ZERO;
-        let mut throughput = Spectrum::ONE;
-        // The product of squared indices that the radiance was divided by: it comes back where the path leaves the glass.
-        let mut eta_scale = 1.0;
-        let mut arrival = Arrival { from: Vantage::in_space(ray.origin), pdf: None };
-        let mut depth = 0;
+impl<const MEDIA: bool> Integrator for Path<MEDIA> {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum {
+        let mut path = Walk {
+            ray,
+            radiance: Spectrum::ZERO,
+            throughput: Spectrum::ONE,
+            eta_scale: 1.0,
+            arrival: Arrival { from: Vantage::in_space(ray.origin), pdf: None },
+            depth: 0,
+            volume: if MEDIA { Volume::start(tracer) } else { Volume::EMPTY },
+        };
         loop {
-            // Find the next surface, or end with the light of the sky.
-            let Some(at) = tracer.nearest(&ray) else {
-                return radiance + throughput * self.escaped(tracer, &ray, &arrival);
-            };
-            let wo = -ray.direction;
-
-            // Add what the surface emits.
-            radiance += throughput * self.emitted(tracer, &at, wo, &arrival);
-
-            // End at the greatest depth.
-            if depth == self.max_depth {
-                return radiance;
-            }
-            depth += 1;
-
-            // Add light that comes straight from a light.
-            let bsdf = tracer.bsdf(&at);
-            let vantage = Vantage::on_surface(&at, wo, bsdf.reach());
-            if !bsdf.is_specular() && !self.selection.is_empty() {
-                radiance +=
-                    throughput * self.direct(tracer, &Scattering { at: &at, bsdf: &bsdf, wo }, &vantage);
-            }
-
-            // Sample the direction from which the rest of the light comes.
-            let (u_lobe, u) = (tracer.sampler.next_1d(), tracer.sampler.next_2d());
-            let Some(sample) = bsdf.sample(at.shading.to_local(wo), u_lobe, u) else { return radiance };
-            let wi = at.shading.to_world(sample.wi);
-            if !at.sides_agree(wo, wi) {
-                return radiance;
-            }
-            throughput *= sample.weight;
-            eta_scale *= sample.eta * sample.eta;
-            arrival = Arrival { from: vantage, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
-            ray = at.spawn(wi);
-
-            // End dim paths at random, and make up for them with the others.
-            let longest = if depth > MAX_SURE_DEPTH { LATE_SURVIVAL } else { 1.0 };
-            let survival = (throughput * eta_scale).max_component().min(longest);
-            if depth > 1 && survival < 1.0 {
-                if tracer.sampler.next_1d() >= survival {
-                    return radiance;
+            // Find the next surface, and go through the medium before it.
+            let hit = tracer.hit(&path.ray);
+            if MEDIA {
+                match self.fly(tracer, &mut path, hit.as_ref()) {
+                    Flight::Passed => {}
+                    Flight::Scattered => continue,
+                    Flight::Ended => return path.radiance,
                 }
-                throughput = throughput / survival;
+            }
+
+            // End with the light of the sky where there is none.
+            let Some(hit) = hit else {
+                return path.radiance + path.throughput * self.escaped(tracer, &path);
+            };
+            let at = tracer.scene.interaction(&path.ray, &hit);
+            if MEDIA && tracer.scene.is_border(&hit) {
+                path.cross(tracer.scene, &at, &hit);
+                continue;
+            }
+            if !self.bounce(tracer, &mut path, &at, &hit) {
+                return path.radiance;
             }
         }
     }

@@ -1,5 +1,6 @@
 //! What one thread needs to compute samples.
 
+use sahl_accel::Hit;
 use sahl_math::{Ray, Vec3};
 
 use crate::bsdf::Bsdf;
@@ -23,12 +24,31 @@ impl<'a> Tracer<'a> {
         Self { scene, sampler: scene.sampler.clone(), wavelengths: Wavelengths::Rgb, rays: 0 }
     }
 
-    /// The first surface along `ray`.
+    /// Where `ray` first meets a surface or the border of a medium.
+    #[inline]
+    pub(crate) fn hit(&mut self, ray: &Ray) -> Option<Hit> {
+        self.rays += 1;
+        self.scene.accel.intersect(ray)
+    }
+
+    /// The first surface along `ray`, in scenes without borders of media.
     #[inline]
     pub(crate) fn nearest(&mut self, ray: &Ray) -> Option<Interaction> {
-        self.rays += 1;
-        let hit = self.scene.accel.intersect(ray)?;
+        let hit = self.hit(ray)?;
         Some(self.scene.interaction(ray, &hit))
+    }
+
+    /// The first surface along `ray`, through borders of media.
+    pub(crate) fn nearest_surface(&mut self, ray: &Ray) -> Option<Interaction> {
+        let mut ray = *ray;
+        loop {
+            let hit = self.hit(&ray)?;
+            let at = self.scene.interaction(&ray, &hit);
+            if !self.scene.is_border(&hit) {
+                return Some(at);
+            }
+            ray = at.spawn(ray.direction);
+        }
     }
 
     /// Whether anything lies along `ray`.

@@ -141,6 +141,7 @@ fn scene_of(case: &Case, two_sided: bool, reverse_orientation: bool) -> Scene {
         reverse_orientation,
         material,
         area_light: Some(area_light),
+        media: None,
     };
     let shape = description.shapes.push(shape, Origin::default());
     description.world.push(shape);

@@ -124,6 +124,10 @@ impl Material {
                 eta: SpectralCurve::new(eta, ColorRole::Unbounded, span, diagnostics),
                 roughness: Roughness::new(roughness, textures),
             },
+            // Nothing asks: the borders of media are crossed, not hit.
+            sahl_scene::Material::Interface => {
+                Self::Diffuse { reflectance: SpectrumSource::Constant(SpectralCurve::constant(0.0)) }
+            }
         }
     }
 

@@ -4,13 +4,15 @@
 //! without tables. [`Sampler::start`] fixes pixel, index and first dimension; each further call takes the next
 //! dimensions. Any sample can therefore be drawn again on its own, on any machine and in any order.
 //!
-//! Deliberately absent: state that outlives a sample, and generators that must be advanced one step at a time.
+//! Deliberately absent: state that outlives a sample. Only a [`Stream`] must be advanced step by step: it is for walks of
+//! unknown length within a sample.
 //!
 //! In a scene file: `Sampler "zsobol" "integer pixelsamples" 64 "integer seed" 3`.
 
 mod hash;
 mod independent;
 mod sobol;
+mod stream;
 
 pub(crate) use hash::mix;
 use sahl_math::Vec2;
@@ -18,6 +20,7 @@ use sahl_scene::SamplerKind;
 
 pub use independent::Independent;
 pub use sobol::Sobol;
+pub use stream::Stream;
 
 /// A source of sample points in [0, 1), addressed by pixel, sample index and dimension.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use sahl_accel::{Accel, Geometry, Hit, SurfacePoint};
 use sahl_math::{Frame, Ray, Transform, Vec2, Vec3};
+use sahl_scene::{Handle, Medium, MediumInterface};
 
 use crate::interaction::Interaction;
 
@@ -22,6 +23,29 @@ pub(crate) struct Attributes {
     pub(crate) uvs: Option<Arc<[Vec2]>>,
     /// The light that each primitive is, if the geometry emits.
     pub(crate) lights: Option<Box<[u32]>>,
+    /// The media that the surface parts.
+    pub(crate) border: Border,
+}
+
+/// What a surface is to the media about it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Border {
+    /// The media inside and outside, by number or [`Border::VACUUM`]; `None` if the surface parts none.
+    pub(crate) sides: Option<[u32; 2]>,
+    /// Whether there is nothing but the border, so that light passes unchanged.
+    pub(crate) is_open: bool,
+}
+
+impl Border {
+    /// Stands for empty space among the numbers of media.
+    pub(crate) const VACUUM: u32 = u32::MAX;
+
+    /// The border that `shape` is; without media in the scene it parts none.
+    pub(crate) fn new(shape: &sahl_scene::Shape, is_open: bool) -> Self {
+        let number = |medium: Option<Handle<Medium>>| medium.map_or(Self::VACUUM, |m| m.index() as u32);
+        let media = shape.media.filter(MediumInterface::is_transition);
+        Self { sides: media.map(|media| [number(media.inside), number(media.outside)]), is_open }
+    }
 }
 
 /// The place of a hit on a mesh: vertices and their weights.

@@ -15,7 +15,7 @@ mod rectangle;
 mod sphere;
 mod triangle;
 
-pub(crate) use attributes::Attributes;
+pub(crate) use attributes::{Attributes, Border};
 pub(crate) use emitter::{Emitter, EmitterPoint};
 pub(crate) use patch::PatchEmitter;
 pub(crate) use quadric::{QuadricEmitter, QuadricShape, clamp_heights, clamp_sweep, uniform_scale};

@@ -7,7 +7,8 @@ use crate::common::*;
 use sahl_image::Image;
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Filter, Geometry, Integrator, Light, LightSampler, Origin, Radiance, SceneDesc, Spectrum, TriangleMesh,
+    Filter, Geometry, Integrator, Light, LightSampler, Origin, PathTracer, Radiance, SceneDesc, Spectrum,
+    TriangleMesh,
 };
 
 const WHITTED: Integrator = Integrator::Whitted { max_depth: 3 };
@@ -269,7 +270,8 @@ fn a_thousand_lights_add_up_under_either_choice() {
         }
     }
     for light_sampler in [LightSampler::Tree, LightSampler::Power, LightSampler::Uniform] {
-        with_each(&scene, &[Integrator::Path { max_depth: 1, light_sampler }], |scene, what| {
+        let settings = PathTracer { max_depth: 1, light_sampler, ..PathTracer::default() };
+        with_each(&scene, &[Integrator::Path(settings)], |scene, what| {
             expect_mean(scene, expected, 0.02, what);
         });
     }

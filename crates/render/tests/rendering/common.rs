@@ -6,7 +6,7 @@ use sahl_image::{Image, Pixels};
 use sahl_math::{Transform, Vec3};
 use sahl_render::{BuildOptions, RenderOptions, Rendered, Scene, build, render};
 use sahl_scene::{
-    AreaLight, Filter, Geometry, Handle, Integrator, Light, LightSampler, Material, Origin, PatchMesh,
+    AreaLight, Filter, Geometry, Handle, Integrator, Light, Material, Origin, PatchMesh, PathTracer,
     Projection, Radiance, Sampler, SamplerKind, SceneDesc, Shape, Spectrum, SpectrumParam, TriangleMesh,
 };
 
@@ -22,8 +22,8 @@ pub(crate) fn empty(resolution: u32, samples: u32) -> SceneDesc {
     scene
 }
 
-pub(crate) const fn path(max_depth: u32) -> Integrator {
-    Integrator::Path { max_depth, light_sampler: LightSampler::Tree }
+pub(crate) fn path(max_depth: u32) -> Integrator {
+    Integrator::Path(PathTracer { max_depth, ..PathTracer::default() })
 }
 
 pub(crate) fn grey(value: f32) -> Spectrum {
@@ -51,7 +51,14 @@ pub(crate) fn add_placed(
     material: Handle<Material>,
     shape_to_world: Transform,
 ) -> Handle<Shape> {
-    let shape = Shape { geometry, shape_to_world, reverse_orientation: false, material, area_light: None };
+    let shape = Shape {
+        geometry,
+        shape_to_world,
+        reverse_orientation: false,
+        material,
+        area_light: None,
+        media: None,
+    };
     let shape = scene.shapes.push(shape, Origin::default());
     scene.world.push(shape);
     shape
@@ -127,17 +134,27 @@ pub(crate) fn values(image: &Image) -> &[f32] {
 
 /// Mean of the first channel over all pixels, and the standard deviation of that mean.
 pub(crate) fn mean(scene: &SceneDesc) -> (f64, f64) {
+    mean_of(scene, 0)
+}
+
+fn mean_of(scene: &SceneDesc, channel: usize) -> (f64, f64) {
     let film = rendered(scene).film;
-    let first =
-        |image: &Image| -> Vec<f64> { values(image).iter().step_by(3).map(|&x| f64::from(x)).collect() };
-    let (colors, variances) = (first(&film.develop()), first(&film.variance()));
+    let picked = |image: &Image| -> Vec<f64> {
+        values(image).iter().skip(channel).step_by(3).map(|&x| f64::from(x)).collect()
+    };
+    let (colors, variances) = (picked(&film.develop()), picked(&film.variance()));
     let n = colors.len() as f64;
     (colors.iter().sum::<f64>() / n, variances.iter().sum::<f64>().sqrt() / n)
 }
 
 /// Checks a mean against what it should be: within 4.5 standard deviations, which are to be at most `noise` of it.
 pub(crate) fn expect_mean(scene: &SceneDesc, expected: f64, noise: f64, what: &str) {
-    let (found, deviation) = mean(scene);
+    expect_channel(scene, 0, expected, noise, what);
+}
+
+/// The same for one channel.
+pub(crate) fn expect_channel(scene: &SceneDesc, channel: usize, expected: f64, noise: f64, what: &str) {
+    let (found, deviation) = mean_of(scene, channel);
     assert!(deviation <= noise * expected, "{what}: {found} ± {deviation} is too noisy for {expected}");
     let rounding = 2e-5 * expected;
     assert!(

@@ -7,3 +7,4 @@ mod common;
 mod determinism;
 mod features;
 mod limits;
+mod media;

@@ -5,12 +5,14 @@
 //! entity, if there is one.
 
 mod light;
+mod medium;
 mod mesh;
 mod texture;
 
 use crate::{
     Arena, Camera, ConductorReflectance, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle,
-    Integrator, Material, Object, Origin, Projection, Roughness, SceneDesc, Shape, Spectrum, SpectrumParam,
+    Integrator, Material, Medium, Object, Origin, Projection, Roughness, SceneDesc, Shape, Spectrum,
+    SpectrumParam,
 };
 
 impl SceneDesc {
@@ -37,6 +39,7 @@ impl SceneDesc {
         check.images();
         check.textures();
         check.materials();
+        check.media();
         check.meshes();
         check.shapes();
         check.objects();
@@ -240,6 +243,7 @@ impl Check<'_> {
                     }
                     self.roughness(&owner, roughness, origin);
                 }
+                Material::Interface => {}
             }
         }
     }
@@ -257,8 +261,13 @@ impl Check<'_> {
             let owner = called("shape", origin);
             self.handle("material", shape.material, &self.scene.materials, &owner, origin);
             self.geometry(&owner, shape, origin);
+            self.medium_interface(&owner, shape.media, origin);
             if let Some(light) = &shape.area_light {
                 self.area_light(&owner, light, origin);
+                if self.scene.materials.get(shape.material) == Some(&Material::Interface) {
+                    let message = format!("the emission of {owner} is left out: an interface has no surface");
+                    self.diagnostics.push(Diagnostic::warning("dropped-light", origin.span, message));
+                }
             }
         }
     }
@@ -320,8 +329,9 @@ impl Check<'_> {
         if scene.world.is_empty() && scene.instances.is_empty() {
             self.diagnostics.push(Diagnostic::warning("no-shape", None, "the scene has no shapes"));
         }
-        let needs_light = matches!(scene.integrator, Integrator::Path { .. } | Integrator::Whitted { .. });
-        let emits = scene.shapes.values().iter().any(|shape| shape.area_light.is_some());
+        let needs_light = matches!(scene.integrator, Integrator::Path(_) | Integrator::Whitted { .. });
+        let emits = scene.shapes.values().iter().any(|shape| shape.area_light.is_some())
+            || scene.media.values().iter().any(Medium::emits);
         if needs_light && scene.lights.is_empty() && !emits {
             self.diagnostics.push(Diagnostic::warning(
                 "no-light",

@@ -23,6 +23,7 @@ fn sound() -> SceneDesc {
             reverse_orientation: false,
             material,
             area_light: None,
+            media: None,
         };
         let shape = scene.shapes.push(shape, Origin::default());
         scene.world.push(shape);

@@ -1,6 +1,6 @@
 //! Integrators.
 
-use sahl_scene::{Integrator, LightSampler};
+use sahl_scene::{Integrator, LightSampler, PathTracer};
 
 use super::super::reader::Reader;
 use super::lookup;
@@ -9,19 +9,26 @@ use super::lookup;
 type Read = fn(&Reader<'_>) -> Integrator;
 
 const INTEGRATORS: &[(&str, Read)] = &[
-    ("path", path),
-    ("volpath", |p| instead_of(p, &[], "which leaves out participating media")),
-    ("simplepath", |p| instead_of(p, &["samplelights", "samplebsdf"], "which converges to the same image")),
-    ("simplevolpath", |p| instead_of(p, &[], "which leaves out participating media")),
-    ("randomwalk", |p| instead_of(p, &[], "which converges to the same image")),
-    ("lightpath", |p| instead_of(p, &[], "which converges to the same image")),
-    ("bdpt", |p| {
-        instead_of(p, &["visualizestrategies", "visualizeweights"], "whose caustics may be noisier")
+    ("path", |p| Integrator::Path(path(p, Space::Empty))),
+    ("volpath", |p| Integrator::Path(path(p, Space::Filled))),
+    ("simplepath", |p| {
+        instead_of(p, &["samplelights", "samplebsdf"], Space::Empty, "which converges to the same image")
     }),
-    ("mlt", |p| instead_of(p, MLT, "whose hard paths may be noisier")),
-    ("sppm", |p| instead_of(p, &["photonsperiteration", "radius", "seed"], "whose caustics may be noisier")),
+    ("simplevolpath", |p| instead_of(p, &[], Space::Filled, "which converges to the same image")),
+    ("randomwalk", |p| instead_of(p, &[], Space::Empty, "which converges to the same image")),
+    ("lightpath", |p| instead_of(p, &[], Space::Empty, "which converges to the same image")),
+    ("bdpt", |p| {
+        let own = ["visualizestrategies", "visualizeweights"];
+        instead_of(p, &own, Space::Filled, "whose caustics may be noisier")
+    }),
+    ("mlt", |p| instead_of(p, MLT, Space::Filled, "whose hard paths may be noisier")),
+    ("sppm", |p| {
+        let own = ["photonsperiteration", "radius", "seed"];
+        instead_of(p, &own, Space::Empty, "whose caustics may be noisier")
+    }),
     ("function", |p| {
-        instead_of(p, &["function", "filename", "skipbad", "imagefilename"], "which renders the scene")
+        let own = ["function", "filename", "skipbad", "imagefilename"];
+        instead_of(p, &own, Space::Empty, "which renders the scene")
     }),
     ("ambientocclusion", ambient_occlusion),
     ("whitted", |p| Integrator::Whitted { max_depth: p.count("maxdepth", 5) }),
@@ -30,12 +37,21 @@ const INTEGRATORS: &[(&str, Read)] = &[
 
 const MLT: &[&str] = &["bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma"];
 
+/// Whether an integrator of pbrt knows media.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Space {
+    /// It leaves them out.
+    Empty,
+    /// It renders them.
+    Filled,
+}
+
 /// The integrator called `name`: one of pbrt's, or Sahl's own `whitted` and `normals`.
 pub(in super::super) fn integrator(name: &str, p: &Reader<'_>) -> Option<Integrator> {
     lookup(INTEGRATORS, name, p).map(|read| read(p))
 }
 
-fn path(p: &Reader<'_>) -> Integrator {
+fn path(p: &Reader<'_>, space: Space) -> PathTracer {
     if p.bool("regularize", false) {
         p.unsupported(&["regularize"], "rough surfaces are not made rougher after the first bounce");
     }
@@ -49,14 +65,18 @@ fn path(p: &Reader<'_>) -> Integrator {
     if chosen.is_none() {
         p.unsupported(&["lightsampler"], "`bvh` is used, which converges to the same image");
     }
-    Integrator::Path { max_depth: p.count("maxdepth", 5), light_sampler: chosen.unwrap_or_default() }
+    PathTracer {
+        max_depth: p.count("maxdepth", 5),
+        light_sampler: chosen.unwrap_or_default(),
+        media: space == Space::Filled,
+    }
 }
 
 /// Path tracing instead of another integrator, whose own parameters are `own`.
-fn instead_of(p: &Reader<'_>, own: &[&'static str], remark: &str) -> Integrator {
+fn instead_of(p: &Reader<'_>, own: &[&'static str], space: Space, remark: &str) -> Integrator {
     p.without_effect(own);
     p.unsupported_plugin("unsupported-integrator", &format!("`path` is used, {remark}"));
-    path(p)
+    Integrator::Path(path(p, space))
 }
 
 fn ambient_occlusion(p: &Reader<'_>) -> Integrator {

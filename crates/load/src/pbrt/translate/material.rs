@@ -196,7 +196,6 @@ fn mix(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
     MaterialKind::Alias(chosen.clone())
 }
 
-fn interface(_: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.unsupported_plugin("unsupported-material", "shapes that only bound a medium are left out");
+fn interface(_: &Context<'_>, _: &Reader<'_>) -> MaterialKind {
     MaterialKind::Interface
 }

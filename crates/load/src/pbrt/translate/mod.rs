@@ -13,6 +13,7 @@ mod light;
 mod material;
 mod medium;
 mod option;
+mod preset;
 mod sampler;
 mod shape;
 mod spectrum;
