@@ -13,8 +13,8 @@ use crate::options::BuildOptions;
 use crate::primitive::{Primitives, vertices};
 use crate::stats::Stats;
 use crate::traverse::{
-    Any, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Query, Scene, Search, StackSize,
-    TraversalCount, limit_of, traverse, traverse_packets, traverse_stream,
+    Any, Candidate, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Query, Scene, Search,
+    StackSize, TraversalCount, limit_of, traverse, traverse_packets, traverse_stream,
 };
 use crate::world::{Geometry, Instance, World};
 
@@ -161,8 +161,18 @@ impl Accel {
     }
 
     /// Names the primitive and finds the parameters that the traversal leaves out.
-    #[inline]
+    #[inline(always)]
     fn to_hit(&self, ray: &Ray, found: &Found) -> Hit {
+        let Found { candidate: Candidate { t, id, weights: [u, v] }, instance } = *found;
+        match self.primitives.triangle_name(id) {
+            Some([geometry, primitive]) => Hit { t, u, v, geometry, primitive, instance },
+            None => self.to_other_hit(ray, found),
+        }
+    }
+
+    /// [`Self::to_hit`] for what is not a triangle of a mesh.
+    #[inline(never)]
+    fn to_other_hit(&self, ray: &Ray, found: &Found) -> Hit {
         let name = self.primitives.name(found.candidate.id);
         let [u, v] = match name.kind {
             Kind::Triangle | Kind::Patch => found.candidate.weights,
@@ -235,7 +245,22 @@ impl Query for NearestHits<'_> {
 
     #[inline(always)]
     fn finish(&mut self, place: usize, search: &Nearest, _ended: bool) {
-        self.hits[place] = search.result().map(|found| self.accel.to_hit(&self.rays[place], &found));
+        let Some(found) = search.result() else { return };
+        let Found { candidate: Candidate { t, id, weights: [u, v] }, instance } = found;
+        // Written here and in a function of its own: hits that meet on the way would go through memory.
+        match self.accel.primitives.triangle_name(id) {
+            Some([geometry, primitive]) => {
+                self.hits[place] = Some(Hit { t, u, v, geometry, primitive, instance });
+            }
+            None => self.finish_other(place, &found),
+        }
+    }
+}
+
+impl NearestHits<'_> {
+    #[inline(never)]
+    fn finish_other(&mut self, place: usize, found: &Found) {
+        self.hits[place] = Some(self.accel.to_other_hit(&self.rays[place], found));
     }
 }
 

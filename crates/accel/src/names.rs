@@ -126,6 +126,14 @@ impl Names {
         (lists + self.shapes.iter().map(kinds).sum::<usize>()) as u64
     }
 
+    /// The geometry and the number of a primitive that is a triangle of a mesh.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, id: u32) -> Option<[u32; 2]> {
+        let geometry = self.geometry(id);
+        let is_triangle = matches!(self.shapes[geometry as usize], Shape::Triangles);
+        is_triangle.then(|| [geometry, id - self.starts[geometry as usize]])
+    }
+
     /// The name of a primitive that was collected.
     #[inline]
     pub(crate) fn name(&self, id: u32) -> PrimitiveName {
@@ -147,7 +155,7 @@ impl Names {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn geometry(&self, id: u32) -> u32 {
         if self.pages.is_empty() {
             return 0;
@@ -158,6 +166,7 @@ impl Names {
     }
 
     /// The geometry of an id, known to be among those from `low` to `high`.
+    #[inline(never)]
     fn search(&self, id: u32, low: usize, high: usize) -> u32 {
         // The last that starts at or before the id: those before it that start there are empty.
         let starts = &self.starts[low + 1..=high];

@@ -84,6 +84,12 @@ impl Primitives {
         Self { names: Names::new(geometries), ..Self::default() }
     }
 
+    /// The geometry and the number of a triangle of a mesh; `None` for other primitives.
+    #[inline(always)]
+    pub(crate) fn triangle_name(&self, id: u32) -> Option<[u32; 2]> {
+        self.names.triangle(id)
+    }
+
     /// What the primitive with an id is called.
     #[inline]
     pub(crate) fn name(&self, id: u32) -> PrimitiveName {

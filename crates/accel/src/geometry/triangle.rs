@@ -145,10 +145,35 @@ pub(crate) fn exact_edge_functions(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [f3
 /// The origin may lie next to the plane: the sign of the result is right as long as `f64` can tell.
 #[inline]
 pub(crate) fn plane_parameter(ray: &Ray, vertices: [Vec3; 3]) -> Option<f32> {
-    let [p0, p1, p2] = vertices.map(DVec3::from);
-    let n = (p1 - p0).cross(p2 - p0);
-    let t = n.dot(p0 - ray.origin.into()) / n.dot(ray.direction.into());
-    t.is_finite().then_some(t as f32)
+    PlaneCrossing::new(ray, vertices).parameter()
+}
+
+/// The quotient of [`plane_parameter`].
+pub(crate) struct PlaneCrossing {
+    distance: f64,
+    speed: f64,
+}
+
+impl PlaneCrossing {
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray, vertices: [Vec3; 3]) -> Self {
+        let [p0, p1, p2] = vertices.map(DVec3::from);
+        let n = (p1 - p0).cross(p2 - p0);
+        Self { distance: n.dot(p0 - ray.origin.into()), speed: n.dot(ray.direction.into()) }
+    }
+
+    /// Whether the parameter is negative; without a division.
+    #[inline(always)]
+    pub(crate) fn is_behind(&self) -> bool {
+        // Far from the ends of the range of `f64`, for coordinates in that of `f32`.
+        self.distance * self.speed < 0.0
+    }
+
+    #[inline(always)]
+    pub(crate) fn parameter(&self) -> Option<f32> {
+        let t = self.distance / self.speed;
+        t.is_finite().then_some(t as f32)
+    }
 }
 
 /// The smaller of two; the second if either is NaN.

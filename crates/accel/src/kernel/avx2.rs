@@ -11,7 +11,7 @@ use std::arch::x86_64::{
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
 
 /// The proof that the processor has AVX2 and the bit instructions that came with it.
 #[derive(Clone, Copy, Debug)]
@@ -92,10 +92,16 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
-    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<F32x8>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed {
         // SAFETY: the order, the row, both parts of the window and a line of the table have eight places each; `self` proves the features.
         unsafe {
-            let order = _mm256_loadu_si256(FAR_TO_NEAR[octant.index()].as_ptr().cast());
+            let order = _mm256_loadu_si256(order.0.as_ptr().cast());
             let enter = _mm256_permutevar8x32_ps(interval.enter.0, order);
             let exit = _mm256_permutevar8x32_ps(interval.exit.0, order);
             let children = _mm256_permutevar8x32_ps(self.load(children).0, order);
@@ -103,8 +109,10 @@ impl Isa for Avx2 {
             let places = PLACES_OF_BITS[mask as usize % 256].as_ptr();
             let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.cast()));
             _mm256_storeu_ps(window.children.as_mut_ptr(), _mm256_permutevar8x32_ps(children, places));
-            _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, places));
-            mask.count_ones() as usize
+            if ENTERS {
+                _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, places));
+            }
+            Pushed(mask)
         }
     }
 

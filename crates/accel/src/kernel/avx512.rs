@@ -14,7 +14,7 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
 use super::{BUNDLE_RAYS, WIDTH};
 
 /// The proof that the processor has AVX-512 F, VL, BW and DQ, and BMI.
@@ -85,17 +85,25 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
-    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<F32x8>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed {
         // SAFETY: the order, the row and both parts of the window are eight words each; `self` proves the features.
         unsafe {
-            let order = _mm256_loadu_si256(FAR_TO_NEAR[octant.index()].as_ptr().cast());
+            let order = _mm256_loadu_si256(order.0.as_ptr().cast());
             let enter = _mm256_permutexvar_ps(order, interval.enter.0);
             let exit = _mm256_permutexvar_ps(order, interval.exit.0);
             let children = _mm256_permutexvar_ps(order, self.load(children).0);
             let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, exit);
             _mm256_storeu_ps(window.children.as_mut_ptr(), _mm256_maskz_compress_ps(mask, children));
-            _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_maskz_compress_ps(mask, enter));
-            mask.count_ones() as usize
+            if ENTERS {
+                _mm256_storeu_ps(window.enters.as_mut_ptr(), _mm256_maskz_compress_ps(mask, enter));
+            }
+            Pushed(mask.into())
         }
     }
 

@@ -3,11 +3,9 @@
 use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
-use super::bundle::Frustum;
 use super::isa::{Isa, Lanes, Row};
-use super::node::{EMPTY_NODE, Node};
 use super::watertight::{BlockHit, RayLanes, Relative};
-use crate::geometry::triangle::Shear;
+use crate::geometry::triangle::{Axis, Shear};
 
 /// Triangles of a block.
 pub(crate) const BLOCK_WIDTH: usize = WIDTH;
@@ -123,20 +121,19 @@ impl TriangleBlock<'_> {
         false
     }
 
-    /// The triangles that any ray of a bundle may hit before `reach`, one bit each.
+    /// The triangles there are, one bit each.
     #[inline(always)]
-    pub(crate) fn candidates<I: Isa>(self, isa: I, frustum: &Frustum, reach: f32) -> u32 {
-        let mut boxes = EMPTY_NODE;
-        for axis in 0..3 {
-            let [p0, p1, p2] = [0, 1, 2].map(|i| &self.0[3 * axis + i]);
-            let (p0, p1, p2) = (isa.load(p0), isa.load(p1), isa.load(p2));
-            boxes[axis] = Row(p0.min(p1).min(p2).to_array());
-            boxes[axis + 3] = Row(p0.max(p1).max(p2).to_array());
-        }
-        let interval = frustum.interval(isa, Node(&boxes), reach);
+    pub(crate) fn all<I: Isa>(self, isa: I) -> u32 {
         // Padding is NaN, which is not equal to itself.
-        let padding = isa.load(&self.0[0]);
-        interval.enter.less_or_equal(interval.exit) & padding.equal(padding)
+        let first = isa.load(&self.0[0]);
+        first.equal(first)
+    }
+
+    /// The vertices' coordinates on an axis.
+    #[inline(always)]
+    pub(super) fn rows_of(&self, axis: Axis) -> [&Row; 3] {
+        let first = 3 * axis as usize;
+        [&self.0[first], &self.0[first + 1], &self.0[first + 2]]
     }
 
     /// The vertices relative to the ray's origin, in the order of the ray's axes.

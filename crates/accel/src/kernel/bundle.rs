@@ -3,6 +3,8 @@
 use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
+use super::beam::{Beam, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
+use super::block::TriangleBlock;
 use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row};
 use super::node::{EXIT_WIDENING, Node, Planes};
 use super::watertight::{RayLanes, Relative, SolvedArrays};
@@ -51,6 +53,8 @@ pub(crate) struct Loaded {
     pub(crate) others: u64,
     /// The bounds of the members.
     pub(crate) frustum: Frustum,
+    /// Their slopes, if they start at one point and are longest along the same axis.
+    pub(crate) beam: Option<Beam>,
 }
 
 /// What a ray has hit so far; `id` is `u32::MAX`, and `t` the largest parameter that counts, if it has hit nothing.
@@ -165,22 +169,25 @@ impl RayBundle {
         self.id = [NOTHING; ROWS];
         self.instance = [NOTHING; ROWS];
         self.shear = self.common_shear(isa, first);
-        Some(Loaded { members, others: usable & !members, frustum: self.frustum(isa, octant) })
+        let (frustum, beam) = (self.frustum(isa, octant), self.beam(isa));
+        Some(Loaded { members, others: usable & !members, frustum, beam })
     }
 
     /// Copies what is given of the rays; `reach` holds the ends of their intervals until [`Self::prepare_group`].
     #[inline(always)]
     fn copy(&mut self, rays: &[Ray]) {
-        for (place, ray) in rays.iter().enumerate().take(BUNDLE_RAYS) {
-            let (row, lane) = (place / WIDTH, place % WIDTH);
-            let (o, d): ([f32; 3], [f32; 3]) = (ray.origin.into(), ray.direction.into());
-            for axis in 0..3 {
-                self.origin[axis][row].0[lane] = o[axis];
-                self.direction[axis][row].0[lane] = d[axis];
+        for (row, rays) in rays.chunks(WIDTH).enumerate().take(ROWS) {
+            for (lane, ray) in rays.iter().enumerate() {
+                let (o, d): ([f32; 3], [f32; 3]) = (ray.origin.into(), ray.direction.into());
+                for axis in 0..3 {
+                    self.origin[axis][row].0[lane] = o[axis];
+                    self.direction[axis][row].0[lane] = d[axis];
+                }
+                self.t_min[row].0[lane] = ray.t_min;
+                self.reach[row].0[lane] = ray.t_max;
+                // The number before `t_max`: of members that is positive.
+                self.limit[row].0[lane] = f32::from_bits(ray.t_max.to_bits().wrapping_sub(1));
             }
-            self.t_min[row].0[lane] = ray.t_min;
-            self.limit[row].0[lane] = ray.t_max.next_down();
-            self.reach[row].0[lane] = ray.t_max;
         }
     }
 
@@ -273,12 +280,13 @@ impl RayBundle {
         &mut self,
         isa: I,
         (group, lanes): (usize, u32),
-        (id, vertices): (u32, &[Vec3; 3]),
+        (block, triangle): (TriangleBlock<'_>, usize),
         rays: &[Ray],
     ) -> bool {
-        let Some((relative, ray_lanes)) = self.prepare(isa, group, vertices) else { return false };
+        let triangle = triangle % WIDTH;
+        let Some((relative, ray_lanes)) = self.prepare(isa, group, (block, triangle)) else { return false };
         let Some(solved) = relative.solve_few(&ray_lanes, lanes) else { return false };
-        let limit = ray_lanes.limit;
+        let (limit, id) = (ray_lanes.limit, block.id(triangle));
         // What is as near as what was hit is decided by names, one by one.
         let special = solved.special | solved.certain & solved.t.equal(limit);
         let nearer = solved.certain & solved.t.less(limit);
@@ -290,8 +298,10 @@ impl RayBundle {
         replace(isa, &mut self.weights[0], (group, nearer), solved.b1);
         replace(isa, &mut self.weights[1], (group, nearer), solved.b2);
         let first = group * I::WIDE;
-        let decided =
-            special != 0 && self.decide((first, special), &solved.to_arrays(), (id, vertices), rays);
+        let decided = special != 0 && {
+            let named = (id, &block.vertices(triangle));
+            self.decide((first, special), &solved.to_arrays(), named, rays)
+        };
         nearer != 0 || decided
     }
 
@@ -323,13 +333,18 @@ impl RayBundle {
     }
 
     #[inline(always)]
-    fn prepare<I: Isa>(&self, isa: I, group: usize, vertices: &[Vec3; 3]) -> Option<Prepared<I::Wide>> {
+    fn prepare<I: Isa>(
+        &self,
+        isa: I,
+        group: usize,
+        triangle: (TriangleBlock<'_>, usize),
+    ) -> Option<Prepared<I::Wide>> {
         let shear = self.shear.as_ref()?;
         let [x, y, z] = shear.axes;
         let relative = Relative {
-            x: self.relative(isa, group, (x, vertices)),
-            y: self.relative(isa, group, (y, vertices)),
-            z: self.relative(isa, group, (z, vertices)),
+            x: self.relative(isa, group, (x, triangle)),
+            y: self.relative(isa, group, (y, triangle)),
+            z: self.relative(isa, group, (z, triangle)),
         };
         let [sx, sy, sz] = &shear.factors;
         let rays = RayLanes {
@@ -345,12 +360,12 @@ impl RayBundle {
         &self,
         isa: I,
         group: usize,
-        (axis, [p0, p1, p2]): (Axis, &[Vec3; 3]),
+        (axis, (block, triangle)): (Axis, (TriangleBlock<'_>, usize)),
     ) -> [I::Wide; 3] {
         let origin = isa.load_wide(&self.origin[axis as usize], group);
-        let [p0, p1, p2]: [[f32; 3]; 3] = [(*p0).into(), (*p1).into(), (*p2).into()];
-        let axis = axis as usize;
-        [origin.splat(p0[axis]) - origin, origin.splat(p1[axis]) - origin, origin.splat(p2[axis]) - origin]
+        let [p0, p1, p2] = block.rows_of(axis);
+        let (p0, p1, p2) = (p0.0[triangle], p1.0[triangle], p2.0[triangle]);
+        [origin.splat(p0) - origin, origin.splat(p1) - origin, origin.splat(p2) - origin]
     }
 
     #[inline(always)]
@@ -369,6 +384,33 @@ impl RayBundle {
         let (enter, exit) = Planes::of(octant);
         let [enter_origin, exit_origin] = frustum_origin;
         Frustum { enter_origin, reciprocal, exit_origin, widened, enter, exit, octant, t_min }
+    }
+
+    #[inline(always)]
+    fn beam<I: Isa>(&self, isa: I) -> Option<Beam> {
+        let BundleShear { axes, factors: [sx, sy, _] } = self.shear.as_ref()?;
+        let mut origin = [0.0; 3];
+        for (coordinate, &axis) in origin.iter_mut().zip(axes) {
+            let [low, high] = range(isa, &self.origin[axis as usize]);
+            if low != high {
+                return None;
+            }
+            *coordinate = low;
+        }
+        let ([low_x, high_x], [low_y, high_y]) = (range(isa, sx), range(isa, sy));
+        let middle = [0.5 * low_x + 0.5 * high_x, 0.5 * low_y + 0.5 * high_y];
+        let mut groups = [SlopeRange::default(); MAX_GROUPS];
+        let mut spread = 0.0_f32;
+        for (place, group) in groups.iter_mut().take(BUNDLE_RAYS / I::WIDE).enumerate() {
+            for (axis, slopes) in [sx, sy].into_iter().enumerate() {
+                let lanes = isa.load_wide(slopes, place);
+                let (low, high) = (lanes.least() - middle[axis], lanes.greatest() - middle[axis]);
+                group.center[axis] = 0.5 * low + 0.5 * high;
+                group.radius[axis] = 0.5 * (high - low) + SLOPE_ERROR;
+                spread = spread.max(low.abs()).max(high.abs());
+            }
+        }
+        Some(Beam { origin, axes: *axes, middle, spread: spread + SLOPE_ERROR, groups })
     }
 
     /// What a ray has hit.
@@ -413,14 +455,19 @@ impl RayBundle {
     /// Which of a group's rays meet a box, one bit each: the arithmetic of [`Node::interval`].
     #[inline(always)]
     pub(crate) fn meet<I: Isa>(&self, isa: I, group: usize, [near, far]: &[[f32; 3]; 2]) -> u32 {
-        let enter =
-            self.crossing(isa, &self.reciprocal, group, (2, near[2])).max(isa.load_wide(&self.t_min, group));
-        let enter = self.crossing(isa, &self.reciprocal, group, (1, near[1])).max(enter);
-        let enter = self.crossing(isa, &self.reciprocal, group, (0, near[0])).max(enter);
-        let exit =
-            self.crossing(isa, &self.widened, group, (2, far[2])).min(isa.load_wide(&self.reach, group));
-        let exit = self.crossing(isa, &self.widened, group, (1, far[1])).min(exit);
-        let exit = self.crossing(isa, &self.widened, group, (0, far[0])).min(exit);
+        let (t_min, reach) = (isa.load_wide(&self.t_min, group), isa.load_wide(&self.reach, group));
+        let [x, y, z] = [
+            self.crossing(isa, &self.reciprocal, group, (0, near[0])),
+            self.crossing(isa, &self.reciprocal, group, (1, near[1])),
+            self.crossing(isa, &self.reciprocal, group, (2, near[2])),
+        ];
+        let enter = x.max(y).max(z.max(t_min));
+        let [x, y, z] = [
+            self.crossing(isa, &self.widened, group, (0, far[0])),
+            self.crossing(isa, &self.widened, group, (1, far[1])),
+            self.crossing(isa, &self.widened, group, (2, far[2])),
+        ];
+        let exit = x.min(y).min(z.min(reach));
         enter.less_or_equal(exit)
     }
 

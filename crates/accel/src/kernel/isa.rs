@@ -53,10 +53,15 @@ pub(crate) trait Isa: Copy {
     /// Writes the lanes to the rows of a group.
     fn store_wide(self, lanes: Self::Wide, rows: &mut BundleRow, group: usize);
 
-    /// Appends to the window those children whose interval is not empty, each with the parameter at which it is entered, and returns
-    /// how many they are: in descending order of `lane ^ octant`. The window's places after them hold anything.
-    fn push(self, children: &Row, interval: Interval<Self::F32>, octant: Octant, window: Window<'_>)
-    -> usize;
+    /// Appends to the window those children whose interval is not empty, in the given order, and, if `ENTERS`, the
+    /// parameters at which they are entered. The window's places after them hold anything.
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<Self::F32>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed;
 
     /// Asks for the memory of a place to be brought nearer. Any address is allowed.
     fn prefetch(self, place: *const Row);
@@ -129,23 +134,53 @@ impl Octant {
     }
 }
 
+/// Which children were pushed: bit `k` stands for lane `octant ^ (7 - k)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(crate) struct Pushed(pub(crate) u32);
+
+impl Pushed {
+    /// How many there are.
+    #[inline(always)]
+    pub(crate) fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// The lane of the one that was pushed last; any lane if there is none.
+    #[inline(always)]
+    pub(crate) fn last_lane(self, octant: Octant) -> usize {
+        const UNUSED: u32 = u32::BITS - WIDTH as u32;
+        (self.0.leading_zeros().wrapping_sub(UNUSED) as usize ^ octant.index()) % WIDTH
+    }
+}
+
 /// Eight free places of a stack.
 pub(crate) struct Window<'a> {
     pub(crate) children: &'a mut [f32; WIDTH],
     pub(crate) enters: &'a mut [f32; WIDTH],
 }
 
-/// For each octant, the lanes from far to near.
-pub(crate) static FAR_TO_NEAR: [[u32; WIDTH]; 8] = {
-    let mut orders = [[0; WIDTH]; 8];
-    let mut octant = 0;
-    while octant < 8 {
-        let mut place = 0;
-        while place < WIDTH {
-            orders[octant][place] = (octant ^ (WIDTH - 1 - place)) as u32;
-            place += 1;
-        }
-        octant += 1;
+/// The lanes of a node in the order in which they are pushed: by descending `lane ^ octant`, about from far to near.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(crate) struct Order(pub(crate) [u32; WIDTH]);
+
+impl Order {
+    #[inline(always)]
+    pub(crate) const fn of(octant: Octant) -> &'static Self {
+        const ORDERS: [Order; 8] = {
+            let mut orders = [Order([0; WIDTH]); 8];
+            let mut octant = 0;
+            while octant < 8 {
+                let mut place = 0;
+                while place < WIDTH {
+                    orders[octant].0[place] = (octant ^ (WIDTH - 1 - place)) as u32;
+                    place += 1;
+                }
+                octant += 1;
+            }
+            orders
+        };
+        &ORDERS[(octant.0 & 7) as usize]
     }
-    orders
-};
+}

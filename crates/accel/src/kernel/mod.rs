@@ -3,10 +3,12 @@
 //! [`isa::Isa`] is what a test asks of an instruction set. The scalar one is the specification; all give the same bits, so
 //! that every tier visits the same nodes and returns the same hits.
 
+mod beam;
 mod block;
 mod bundle;
 mod isa;
 mod node;
+mod rows;
 mod scalar;
 mod tier;
 mod watertight;
@@ -20,10 +22,12 @@ mod neon;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 
+pub(crate) use beam::{Beam, BeamEdges, MAX_GROUPS};
 pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
 pub(crate) use bundle::{BUNDLE_RAYS, Frustum, Loaded, NearestHit, RayBundle};
-pub(crate) use isa::{Interval, Isa, Lanes, Octant, Row, Task, Window};
+pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
+pub(crate) use rows::Rows;
 pub(crate) use tier::Machine;
 pub use tier::Tier;
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::arch::aarch64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
 use super::{WIDTH, scalar};
 
 /// NEON, which is part of every aarch64 processor.
@@ -62,9 +62,15 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<F32x8>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed {
         let Interval { enter, exit } = interval;
-        scalar::push(children, enter.less_or_equal(exit), enter.to_array(), octant, window)
+        scalar::push::<ENTERS>(children, enter.less_or_equal(exit), enter.to_array(), order, window)
     }
 
     /// Nothing: stable Rust has no such instruction for these processors.

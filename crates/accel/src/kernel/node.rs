@@ -2,7 +2,7 @@
 
 use sahl_math::{Bounds3, Ray, gamma};
 
-use super::isa::{Interval, Isa, Lanes, Octant, Row};
+use super::isa::{Interval, Isa, Lanes, Octant, Order, Row};
 
 /// Rows of a node.
 pub(crate) const NODE_ROWS: usize = 7;
@@ -77,6 +77,7 @@ pub(crate) struct NodeRay {
     /// Which rows hold those where it leaves.
     exit: [Planes; 3],
     pub(crate) octant: Octant,
+    pub(crate) order: Order,
     t_min: f32,
 }
 
@@ -101,13 +102,19 @@ impl<'a> Node<'a> {
         let [enter_x, enter_y, enter_z] = ray.enter;
         let [exit_x, exit_y, exit_z] = ray.exit;
         // A plane that holds the origin of a ray along it and ends the box gives NaN, and the operand after it is taken:
-        // such a plane bounds nothing.
-        let enter = self.crossing(isa, enter_z, (ray.origin[2], ray.reciprocal[2])).max(isa.splat(ray.t_min));
-        let enter = self.crossing(isa, enter_y, (ray.origin[1], ray.reciprocal[1])).max(enter);
-        let enter = self.crossing(isa, enter_x, (ray.origin[0], ray.reciprocal[0])).max(enter);
-        let exit = self.crossing(isa, exit_z, (ray.origin[2], ray.widened[2])).min(isa.splat(reach));
-        let exit = self.crossing(isa, exit_y, (ray.origin[1], ray.widened[1])).min(exit);
-        let exit = self.crossing(isa, exit_x, (ray.origin[0], ray.widened[0])).min(exit);
+        // such a plane bounds nothing, nor does the one before it. In pairs, which are a step less to wait for than a chain.
+        let [x, y, z] = [
+            self.crossing(isa, enter_x, (ray.origin[0], ray.reciprocal[0])),
+            self.crossing(isa, enter_y, (ray.origin[1], ray.reciprocal[1])),
+            self.crossing(isa, enter_z, (ray.origin[2], ray.reciprocal[2])),
+        ];
+        let enter = x.max(y).max(z.max(isa.splat(ray.t_min)));
+        let [x, y, z] = [
+            self.crossing(isa, exit_x, (ray.origin[0], ray.widened[0])),
+            self.crossing(isa, exit_y, (ray.origin[1], ray.widened[1])),
+            self.crossing(isa, exit_z, (ray.origin[2], ray.widened[2])),
+        ];
+        let exit = x.min(y).min(z.min(isa.splat(reach)));
         Interval { enter, exit }
     }
 
@@ -128,7 +135,8 @@ impl NodeRay {
         let widened = reciprocal.map(|x| x * EXIT_WIDENING);
         // The reciprocal of a subnormal number is infinite and too late for where a box begins; the largest number never is.
         let reciprocal = reciprocal.map(|x| x.clamp(f32::MIN, f32::MAX));
-        Self { origin, reciprocal, widened, enter, exit, octant, t_min: ray.t_min }
+        let order = *Order::of(octant);
+        Self { origin, reciprocal, widened, enter, exit, octant, order, t_min: ray.t_min }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{BundleRow, FAR_TO_NEAR, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +45,14 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
-    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
-        push(children, interval.enter.less_or_equal(interval.exit), interval.enter.0, octant, window)
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<F32x8>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed {
+        push::<ENTERS>(children, interval.enter.less_or_equal(interval.exit), interval.enter.0, order, window)
     }
 
     #[inline(always)]
@@ -55,22 +61,26 @@ impl Isa for Scalar {
 
 /// [`Isa::push`] lane by lane, for instruction sets that cannot permute by a variable.
 #[inline(always)]
-pub(super) fn push(
+pub(super) fn push<const ENTERS: bool>(
     children: &Row,
     mask: u32,
     enter: [f32; WIDTH],
-    octant: Octant,
+    order: &Order,
     Window { children: into_children, enters: into_enters }: Window<'_>,
-) -> usize {
-    let mut count = 0;
-    for lane in FAR_TO_NEAR[octant.index()] {
+) -> Pushed {
+    let (mut count, mut pushed) = (0, 0);
+    for (place, lane) in order.0.into_iter().enumerate() {
         let lane = lane as usize % WIDTH;
         // Written always and kept if the bit is set: whether it is cannot be predicted.
         into_children[count % WIDTH] = children.0[lane];
-        into_enters[count % WIDTH] = enter[lane];
-        count += (mask >> lane & 1) as usize;
+        if ENTERS {
+            into_enters[count % WIDTH] = enter[lane];
+        }
+        let bit = mask >> lane & 1;
+        count += bit as usize;
+        pushed |= bit << place;
     }
-    count
+    Pushed(pushed)
 }
 
 /// Eight `f32`.

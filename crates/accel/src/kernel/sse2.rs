@@ -9,7 +9,7 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
 use super::{WIDTH, scalar};
 
 /// SSE2, which is part of every x86-64 processor.
@@ -63,9 +63,15 @@ impl Isa for Sse2 {
     }
 
     #[inline(always)]
-    fn push(self, children: &Row, interval: Interval<F32x8>, octant: Octant, window: Window<'_>) -> usize {
+    fn push<const ENTERS: bool>(
+        self,
+        children: &Row,
+        interval: Interval<F32x8>,
+        order: &Order,
+        window: Window<'_>,
+    ) -> Pushed {
         let Interval { enter, exit } = interval;
-        scalar::push(children, enter.less_or_equal(exit), enter.to_array(), octant, window)
+        scalar::push::<ENTERS>(children, enter.less_or_equal(exit), enter.to_array(), order, window)
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ mod queries;
 
 use sahl_math::Vec3;
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row, Task, Window};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
 use super::{BUNDLE_RAYS, Tier, WIDTH, dispatch};
 
 /// A counter-based generator with a fixed seed: splitmix64 of Steele, Lea, Flood, 2014.
@@ -359,15 +359,21 @@ struct Push<'a> {
 }
 
 impl Task for Push<'_> {
-    type Output = Vec<[u32; 2]>;
+    type Output = (Vec<[u32; 2]>, Pushed);
 
     #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> Vec<[u32; 2]> {
+    fn run<I: Isa>(self, isa: I) -> Self::Output {
         let interval = Interval { enter: isa.load(self.enter), exit: isa.load(self.exit) };
         let (mut children, mut enters) = ([7.0; WIDTH], [7.0; WIDTH]);
         let window = Window { children: &mut children, enters: &mut enters };
-        let count = isa.push(self.children, interval, self.octant, window);
-        (0..count).map(|place| [children[place], enters[place]].map(f32::to_bits)).collect()
+        let pushed = isa.push::<true>(self.children, interval, Order::of(self.octant), window);
+        let mut alone = [7.0; WIDTH];
+        let window = Window { children: &mut alone, enters: &mut [7.0; WIDTH] };
+        assert_eq!(isa.push::<false>(self.children, interval, Order::of(self.octant), window), pushed);
+        let both = |place: usize| [children[place], enters[place]].map(f32::to_bits);
+        let found = (0..pushed.count()).map(both).collect::<Vec<_>>();
+        assert!((0..pushed.count()).all(|place| alone[place].to_bits() == found[place][0]));
+        (found, pushed)
     }
 }
 
@@ -399,12 +405,15 @@ fn children_are_pushed_from_far_to_near() {
             let [children, enter, exit] = &rows;
             let named = Octant::new([0, 1, 2].map(|axis| octant >> axis & 1 == 1));
             assert_eq!(named.index(), octant);
-            let pushed = agreed(&Push { children, enter, exit, octant: named }, "");
+            let (pushed, set) = agreed(&Push { children, enter, exit, octant: named }, "");
             let mut lanes: Vec<usize> = (0..WIDTH).filter(|lane| mask >> lane & 1 == 1).collect();
             lanes.sort_by_key(|lane| std::cmp::Reverse(lane ^ octant));
             let expected: Vec<[u32; 2]> =
                 lanes.iter().map(|&lane| [children.0[lane], enter.0[lane]].map(f32::to_bits)).collect();
             assert_eq!(pushed, expected, "mask {mask:b}, octant {octant}");
+            if let Some(&last) = lanes.last() {
+                assert_eq!(set.last_lane(named), last, "mask {mask:b}, octant {octant}");
+            }
         }
     }
     assert_eq!(Octant::ASCENDING, Octant::new([true; 3]));

@@ -104,21 +104,33 @@ impl<A: AsRef<[f32]>> SolvedArrays<A> {
         if self.special >> lane & 1 == 0 {
             return Some(hit);
         }
-        decide(hit, ray, &vertices(), self.on_edge >> lane & 1 == 1).filter(|hit| hit.t <= limit)
+        let decided = if self.on_edge >> lane & 1 == 1 {
+            decide_on_edge(hit, ray, &vertices())
+        } else {
+            decide_in_front(hit, ray, vertices())
+        };
+        decided.filter(|hit| hit.t <= limit)
     }
 }
 
-/// The hit for which `f32` is not enough: because an edge function is zero, or because the sign of the parameter is in doubt.
+/// The hit for which `f32` is not enough, because an edge function is zero.
 #[inline(never)]
-fn decide(hit: BlockHit, ray: &Ray, vertices: &[Vec3; 3], on_edge: bool) -> Option<BlockHit> {
+fn decide_on_edge(hit: BlockHit, ray: &Ray, vertices: &[Vec3; 3]) -> Option<BlockHit> {
     let ray = &Ray { t_min: ray.t_min.max(0.0), ..*ray };
-    let decided = if on_edge {
-        let exact = triangle::intersect_sheared(ray, &Shear::new(ray.direction), *vertices)?;
-        BlockHit { t: exact.t, b1: exact.b1, b2: exact.b2, ..hit }
-    } else {
-        BlockHit { t: triangle::plane_parameter(ray, *vertices).unwrap_or(hit.t), ..hit }
-    };
-    (decided.t > ray.t_min).then_some(decided)
+    let exact = triangle::intersect_sheared(ray, &Shear::new(ray.direction), *vertices)?;
+    (exact.t > ray.t_min).then_some(BlockHit { t: exact.t, b1: exact.b1, b2: exact.b2, ..hit })
+}
+
+/// The hit for which `f32` is not enough, because the sign of the parameter is in doubt. Every ray that leaves a surface meets its own
+/// triangle here, and most often from behind.
+#[inline(always)]
+fn decide_in_front(hit: BlockHit, ray: &Ray, vertices: [Vec3; 3]) -> Option<BlockHit> {
+    let crossing = triangle::PlaneCrossing::new(ray, vertices);
+    if crossing.is_behind() {
+        return None;
+    }
+    let t = crossing.parameter().unwrap_or(hit.t);
+    (t > ray.t_min.max(0.0)).then_some(BlockHit { t, ..hit })
 }
 
 impl<F: Lanes> Relative<F> {

@@ -34,9 +34,8 @@ pub(crate) fn append_tree(
     if root + rows > MAX_ROWS {
         return Err(TooLarge);
     }
-    trees.rows.par_extend(rayon::iter::repeat_n(Row::splat(0.0), rows));
     let collapse = Collapse { tree, plans: &plans, vertices };
-    let totals = collapse.write(0, &mut trees.rows[root..], root as u32);
+    let totals = collapse.write(0, trees.rows.append(rows), root as u32);
     trees.nodes += totals.nodes;
     trees.blocks += totals.blocks;
     trees.leaves += totals.leaves;

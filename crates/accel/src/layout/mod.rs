@@ -15,13 +15,13 @@ mod plan;
 
 use sahl_math::Vec3;
 
-use crate::kernel::{Node, Row, TriangleBlock};
+use crate::kernel::{Node, Row, Rows, TriangleBlock};
 pub(crate) use collapse::{TooLarge, append_tree};
 
 /// Trees in the form in which they are traversed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideTrees {
-    rows: Vec<Row>,
+    rows: Rows,
     /// How many, for the statistics.
     pub(crate) nodes: u64,
     pub(crate) blocks: u64,
@@ -31,30 +31,25 @@ pub(crate) struct WideTrees {
 impl WideTrees {
     /// The memory of nodes and blocks in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        size_of_val(self.rows.as_slice()) as u64
+        self.rows.bytes()
     }
 
     /// A node by its first row.
     #[inline(always)]
     pub(crate) fn node(&self, row: u32) -> Node<'_> {
-        Node(self.chunk(row))
+        self.rows.node(row)
     }
 
     /// A block by its first row.
     #[inline(always)]
     pub(crate) fn block(&self, row: u32) -> TriangleBlock<'_> {
-        TriangleBlock(self.chunk(row))
-    }
-
-    #[inline(always)]
-    fn chunk<const N: usize>(&self, row: u32) -> &[Row; N] {
-        self.rows[row as usize..].first_chunk().expect("references are to whole nodes and blocks")
+        self.rows.block(row)
     }
 
     /// Where a row lies; an address to be prefetched, whatever the row.
     #[inline(always)]
     pub(crate) fn address(&self, row: u32) -> *const Row {
-        self.rows.as_ptr().wrapping_add(row as usize)
+        self.rows.address(row)
     }
 }
 

@@ -14,7 +14,8 @@ use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BUNDLE_RAYS, Frustum, Isa, Loaded, Machine, Node, RayBundle, Task, TriangleBlock, WIDTH, Window,
+    BUNDLE_RAYS, Beam, BeamEdges, Frustum, Isa, Loaded, MAX_GROUPS, Machine, Node, Order, RayBundle, Task,
+    TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
 
@@ -53,6 +54,7 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
         let mut first = 0;
         while first < rays.len() {
             let packet = &rays[first..rays.len().min(first + BUNDLE_RAYS)];
+            prefetch(isa, &rays[first + packet.len()..]);
             let mut query = Part { query: &mut *query, first };
             let effort =
                 Packets { scene, root, rays: packet, query: &mut query }.search(isa, &mut bundle, &mut stack);
@@ -68,6 +70,14 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
     }
 }
 
+/// Asks for the memory of the next packet.
+#[inline(always)]
+fn prefetch<I: Isa>(isa: I, rays: &[Ray]) {
+    for ray in rays.iter().take(BUNDLE_RAYS).step_by(2) {
+        isa.prefetch(std::ptr::from_ref(ray).cast());
+    }
+}
+
 /// Nodes and leaves that are soon visited, whatever the rays share.
 const FEW_VISITS: u32 = 48;
 
@@ -75,7 +85,7 @@ const FEW_VISITS: u32 = 48;
 const MOST_VISITS: u32 = 1024;
 
 /// So many rays go their own ways after a packet that was not worthwhile.
-const SINGLE_RAYS: usize = 15 * BUNDLE_RAYS;
+const SINGLE_RAYS: usize = 5 * BUNDLE_RAYS;
 
 /// What a packet has visited.
 #[derive(Clone, Copy, Default)]
@@ -127,10 +137,12 @@ impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
         // One packet an octant; seldom more than one.
         let (mut wanted, mut strays) = (u64::MAX, u64::MAX);
         while wanted != 0 {
-            let Some(Loaded { members, others, frustum }) = bundle.load(isa, rays, wanted) else { break };
+            let Some(Loaded { members, others, frustum, beam }) = bundle.load(isa, rays, wanted) else {
+                break;
+            };
             wanted = others;
-            let effort =
-                Packet { scene, rays, bundle: &mut *bundle, frustum: &frustum }.traverse(isa, root, stack);
+            let effort = Packet { scene, rays, bundle: &mut *bundle, frustum: &frustum, beam: &beam }
+                .traverse(isa, root, stack);
             most = most.max(effort);
             if effort.visits > MOST_VISITS {
                 continue;
@@ -170,6 +182,7 @@ struct Packet<'a> {
     rays: &'a [Ray],
     bundle: &'a mut RayBundle,
     frustum: &'a Frustum,
+    beam: &'a Option<Beam>,
 }
 
 /// The cost of testing a block's triangles against one ray, and that of testing one triangle against a group of rays.
@@ -190,7 +203,7 @@ impl Packet<'_> {
             effort.visits += 1;
             if Child::stage(entry.child) == Stage::Node {
                 stack.push_children(isa, self.scene, (entry.child, self.frustum), reach);
-            } else if self.visit_leaf::<I, N>(isa, &entry, reach, &mut effort) {
+            } else if self.visit_leaf::<I, N>(isa, &entry, &mut effort) {
                 reach = self.bundle.greatest_reach(isa);
             }
             match stack.pop(reach) {
@@ -203,20 +216,13 @@ impl Packet<'_> {
 
     /// Tests the rays that meet a leaf's box; returns whether any of them hit something.
     #[inline(always)]
-    fn visit_leaf<I: Isa, const N: usize>(
-        &mut self,
-        isa: I,
-        entry: &Entry,
-        reach: f32,
-        effort: &mut Effort,
-    ) -> bool {
+    fn visit_leaf<I: Isa, const N: usize>(&mut self, isa: I, entry: &Entry, effort: &mut Effort) -> bool {
         let node = self.scene.trees.node(Child::row(entry.parent));
         let planes = self.frustum.child_planes(node, lane_of(node, entry.child));
-        let (mut meeting, mut groups) = (0, 0);
+        let mut meeting = 0;
         for group in 0..BUNDLE_RAYS / I::WIDE {
             let lanes = self.bundle.meet(isa, group, &planes);
             meeting |= u64::from(lanes) << (group * I::WIDE);
-            groups += u32::from(lanes != 0);
         }
         effort.leaves += 1;
         effort.meetings += meeting.count_ones();
@@ -225,9 +231,10 @@ impl Packet<'_> {
         }
         if Child::stage(entry.child) == Stage::Block && self.bundle.has_common_axis() {
             let block = self.scene.trees.block(Child::row(entry.child));
-            let triangles = block.candidates(isa, self.frustum, reach);
-            if triangles.count_ones() * groups * TRIANGLE_COST <= meeting.count_ones() * RAY_COST {
-                return self.test_triangles(isa, block, (triangles, meeting));
+            let candidates = self.candidates(isa, block, meeting);
+            let tests: u32 = candidates.iter().map(|triangles| triangles.count_ones()).sum();
+            if tests * TRIANGLE_COST <= meeting.count_ones() * RAY_COST {
+                return self.test_triangles(isa, block, (&candidates, meeting));
             }
         }
         self.test_rays::<I, N>(isa, entry.child, meeting)
@@ -252,27 +259,43 @@ impl Packet<'_> {
         changed
     }
 
-    /// Tests some triangles of a block against the groups in which rays meet its box.
+    /// The triangles of a block that rays of each group may hit, one bit each.
+    #[inline(always)]
+    fn candidates<I: Isa>(&self, isa: I, block: TriangleBlock<'_>, meeting: u64) -> [u32; MAX_GROUPS] {
+        let mut candidates = [0; MAX_GROUPS];
+        let Some(beam) = self.beam else { return [block.all(isa); MAX_GROUPS] };
+        let edges = BeamEdges::new(isa, block, beam);
+        for (group, triangles) in candidates.iter_mut().take(BUNDLE_RAYS / I::WIDE).enumerate() {
+            if lanes_of::<I>(meeting, group) != 0 {
+                *triangles = edges.may_hit(isa, beam, group);
+            }
+        }
+        candidates
+    }
+
+    /// Tests some triangles of a block against each group.
     #[inline(always)]
     fn test_triangles<I: Isa>(
         &mut self,
         isa: I,
         block: TriangleBlock<'_>,
-        (triangles, meeting): (u32, u64),
+        (candidates, meeting): (&[u32; MAX_GROUPS], u64),
     ) -> bool {
         let mut changed = false;
-        for triangle in places(triangles.into()) {
-            let vertices = block.vertices(triangle % WIDTH);
-            for group in 0..BUNDLE_RAYS / I::WIDE {
-                let lanes = (meeting >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);
-                if lanes != 0 {
-                    let named = (block.id(triangle % WIDTH), &vertices);
-                    changed |= self.bundle.intersect(isa, (group, lanes), named, self.rays);
-                }
+        for (group, &triangles) in candidates.iter().take(BUNDLE_RAYS / I::WIDE).enumerate() {
+            let lanes = lanes_of::<I>(meeting, group);
+            for triangle in places(triangles.into()) {
+                changed |= self.bundle.intersect(isa, (group, lanes), (block, triangle), self.rays);
             }
         }
         changed
     }
+}
+
+/// A group's part of a set of rays.
+#[inline(always)]
+fn lanes_of<I: Isa>(rays: u64, group: usize) -> u32 {
+    (rays >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1)
 }
 
 /// The lane of a node in which a child stands.
@@ -322,7 +345,8 @@ impl<const N: usize> PacketStack<N> {
         let (Some(children), Some(enters)) = (children, self.enters[place..].first_chunk_mut()) else {
             return;
         };
-        self.height += isa.push(node.children(), interval, frustum.octant, Window { children, enters });
+        let window = Window { children, enters };
+        self.height += isa.push::<true>(node.children(), interval, Order::of(frustum.octant), window).count();
         self.parents[place..place + WIDTH].fill(child);
     }
 

@@ -21,6 +21,8 @@ pub(crate) struct Found {
 
 /// Takes candidates in any order.
 pub(crate) trait Search {
+    /// Whether hits draw the limit nearer.
+    const NARROWS: bool;
     /// The largest parameter that still counts.
     fn limit(&self) -> f32;
     /// Takes a candidate at or before the limit; returns whether the search is over.
@@ -65,6 +67,8 @@ impl Nearest {
 }
 
 impl Search for Nearest {
+    const NARROWS: bool = true;
+
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -95,6 +99,8 @@ pub(crate) struct Any {
 }
 
 impl Search for Any {
+    const NARROWS: bool = false;
+
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit

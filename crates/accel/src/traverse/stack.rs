@@ -1,7 +1,9 @@
 //! What a traversal has still to visit.
 
+use std::hint::select_unpredictable;
+
 use crate::build::MAX_DEPTH;
-use crate::kernel::{Interval, Isa, Node, NodeRay, Octant, Row, WIDTH, Window};
+use crate::kernel::{Interval, Isa, Node, NodeRay, Octant, Order, Pushed, Row, WIDTH, Window};
 use crate::layout::Child;
 
 /// The level that a leaf adds which is the whole of a binary tree, with room to spare.
@@ -79,14 +81,43 @@ impl<const N: usize> Stack<N> {
         self.children[self.height.min(N - 1)].to_bits()
     }
 
-    /// Pushes the children of a node that the ray meets before `reach`, the nearest last.
+    /// Pushes the children of a node that the ray meets before `reach`, the nearest last; their parameters, for [`Self::cull`], if `ENTERS`.
     #[inline(always)]
-    pub(crate) fn push_children<I: Isa>(&mut self, isa: I, node: Node<'_>, ray: &NodeRay, reach: f32) {
+    pub(crate) fn push_children<I: Isa, const ENTERS: bool>(
+        &mut self,
+        isa: I,
+        node: Node<'_>,
+        ray: &NodeRay,
+        reach: f32,
+    ) {
         let interval = node.interval(isa, ray, reach);
         // Trees are no deeper than the stack was chosen for.
         if let Some(window) = self.window(self.height.min(N - WIDTH)) {
-            self.height += isa.push(node.children(), interval, ray.octant, window);
+            self.height += isa.push::<ENTERS>(node.children(), interval, &ray.order, window).count();
         }
+    }
+
+    /// Pushes the children of a node that the ray meets before `reach`, the nearest last, and pops the topmost reference as
+    /// [`Self::pop`] does. Parameters are kept, for [`Self::cull`], if `ENTERS`.
+    ///
+    /// What was just pushed is taken from the node: the next step need not wait until it has gone through memory.
+    #[inline(always)]
+    pub(crate) fn exchange<I: Isa, const ENTERS: bool>(
+        &mut self,
+        isa: I,
+        node: Node<'_>,
+        ray: &NodeRay,
+        reach: f32,
+    ) -> u32 {
+        let interval = node.interval(isa, ray, reach);
+        // Trees are no deeper than the stack was chosen for.
+        let height = self.height.min(N - WIDTH);
+        let before = self.children[height.wrapping_sub(1).min(N - 1)].to_bits();
+        let Some(window) = self.window(height) else { return Child::NOTHING };
+        let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.order, window);
+        let last = node.children().0[pushed.last_lane(ray.octant)].to_bits();
+        self.height = (height + pushed.count()).wrapping_sub(1);
+        select_unpredictable(pushed == Pushed(0), before, last)
     }
 
     /// Drops what begins after `reach`.
@@ -102,7 +133,7 @@ impl<const N: usize> Stack<N> {
             let (children, enters) = (Row(*window.children), Row(*window.enters));
             let interval = Interval { enter: isa.load(&enters), exit: isa.splat(reach) };
             let Some(window) = self.window(kept) else { return };
-            kept += isa.push(&children, interval, Octant::ASCENDING, window);
+            kept += isa.push::<true>(&children, interval, Order::of(Octant::ASCENDING), window).count();
             from += WIDTH;
         }
         self.height = kept;

@@ -80,10 +80,11 @@ const _: () = assert!(SLOTS <= 32 && Stage::COUNT == 4);
 
 impl Waiting {
     #[inline(always)]
-    fn join(&mut self, stage: Stage, slot: usize) {
-        let stage = stage as u64;
-        let bit = 1_u64 << ((stage & 1) << 5 | slot as u64);
-        let unlikely = (stage >> 1).wrapping_neg();
+    fn join(&mut self, child: u32, slot: usize) {
+        let half = u64::from(child >> 25 & 32);
+        let bit = 1_u64 << (half | slot as u64);
+        // All bits of the reference's first.
+        let unlikely = (child as i32 >> 31) as i64 as u64;
         self.likely |= bit & !unlikely;
         self.unlikely |= bit & unlikely;
     }
@@ -129,36 +130,36 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
             if let Some((ray, prepared)) = next_usable(&mut pending) {
                 let search = query.start(prepared.limit());
                 *slot = Some(Slot::new(ray, prepared, search, root));
-                waiting.join(Stage::Node, place);
+                waiting.join(root, place);
             }
         }
         while waiting != Waiting::default() {
             for place in waiting.take(Stage::Node) {
                 let Some(slot) = &mut slots[place] else { continue };
-                let node = scene.trees.node(Child::row(slot.child));
-                slot.stack.push_children(isa, node, &slot.ray.node_ray, slot.reach);
-                waiting.join(slot.advance(isa, scene), place);
+                let next = slot.visit_node(isa, scene);
+                waiting.join(slot.go_to(isa, scene, next), place);
             }
             for place in waiting.take(Stage::Block) {
                 let Some(slot) = &mut slots[place] else { continue };
                 let search = (&mut slot.search, &mut NoCount);
                 let ended = visit_block(isa, scene, slot.child, &slot.ray, search);
-                slot.after_leaf(isa, ended);
-                waiting.join(slot.advance(isa, scene), place);
+                let next = slot.after_leaf(isa, ended);
+                waiting.join(slot.go_to(isa, scene, next), place);
             }
             for place in waiting.take(Stage::Other) {
                 let Some(slot) = &mut slots[place] else { continue };
                 let search = (&mut slot.search, &mut NoCount);
                 let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
-                slot.after_leaf(isa, ended);
-                waiting.join(slot.advance(isa, scene), place);
+                let next = slot.after_leaf(isa, ended);
+                waiting.join(slot.go_to(isa, scene, next), place);
             }
             for place in waiting.take(Stage::Done) {
                 let Some(slot) = &mut slots[place] else { continue };
                 query.finish(slot.place, &slot.search, slot.ended);
                 if let Some((ray, prepared)) = next_usable(&mut pending) {
+                    isa.prefetch(rays.as_ptr().wrapping_add(ray + SLOTS).cast());
                     slot.restart(ray, prepared, query.start(prepared.limit()), root);
-                    waiting.join(Stage::Node, place);
+                    waiting.join(root, place);
                 }
             }
         }
@@ -195,27 +196,42 @@ impl<S: Search, const N: usize> Slot<S, N> {
         self.ended = false;
     }
 
-    /// Drops what a leaf has made superfluous.
+    /// Tests the boxes of a node; returns what is to be visited next.
     #[inline(always)]
-    fn after_leaf<I: Isa>(&mut self, isa: I, ended: bool) {
-        let reach = self.search.limit() * EXIT_WIDENING;
+    fn visit_node<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> u32 {
+        let node = scene.trees.node(Child::row(self.child));
+        if S::NARROWS {
+            self.stack.push_children::<I, true>(isa, node, &self.ray.node_ray, self.reach);
+        } else {
+            self.stack.push_children::<I, false>(isa, node, &self.ray.node_ray, self.reach);
+        }
+        self.stack.pop()
+    }
+
+    /// Drops what a leaf has made superfluous; returns what is to be visited next.
+    #[inline(always)]
+    fn after_leaf<I: Isa>(&mut self, isa: I, ended: bool) -> u32 {
         if ended {
             self.ended = true;
             self.stack.clear();
-        } else if reach < self.reach {
-            self.reach = reach;
-            self.stack.cull(isa, reach);
+        } else if S::NARROWS {
+            let reach = self.search.limit() * EXIT_WIDENING;
+            if reach < self.reach {
+                self.reach = reach;
+                self.stack.cull(isa, reach);
+            }
         }
+        self.stack.pop()
     }
 
-    /// Finds what is to be visited next.
+    /// Remembers what is to be visited next, and asks for its memory.
     #[inline(always)]
-    fn advance<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> Stage {
-        self.child = self.stack.pop();
-        let first = scene.trees.address(Child::row(self.child));
-        for row in [0, 2, 4, 6, 8] {
+    fn go_to<I: Isa>(&mut self, isa: I, scene: Scene<'_>, child: u32) -> u32 {
+        self.child = child;
+        let first = scene.trees.address(Child::row(child));
+        for row in [0, 2, 4, 6] {
             isa.prefetch(first.wrapping_add(row));
         }
-        Child::stage(self.child)
+        child
     }
 }

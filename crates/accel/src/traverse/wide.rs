@@ -61,7 +61,11 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
                 Stage::Node => {
                     counter.node();
                     let node = scene.trees.node(Child::row(child));
-                    stack.push_children(isa, node, &ray.node_ray, reach);
+                    child = if S::NARROWS {
+                        stack.exchange::<I, true>(isa, node, &ray.node_ray, reach)
+                    } else {
+                        stack.exchange::<I, false>(isa, node, &ray.node_ray, reach)
+                    };
                 }
                 Stage::Done => return false,
                 leaf => {
@@ -75,13 +79,13 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
                     }
                     // The same slack as in the box test: a box is dropped only if no hit in it could be nearer.
                     let reached = search.limit() * EXIT_WIDENING;
-                    if reached < reach {
+                    if S::NARROWS && reached < reach {
                         reach = reached;
                         stack.cull(isa, reach);
                     }
+                    child = stack.pop();
                 }
             }
-            child = stack.pop();
         }
     }
 }
