@@ -1,5 +1,6 @@
 //! What a camera sees beside light: features of the first surface, one image each.
 
+use crate::bsdf::BsdfRoom;
 use crate::integrator::Tracer;
 use crate::interaction::Interaction;
 use crate::spectrum::Spectrum;
@@ -113,5 +114,6 @@ impl Features {
 }
 
 fn albedo(tracer: &Tracer<'_>, at: &Interaction, ray: &Ray) -> Spectrum {
-    tracer.bsdf(at).albedo(at.shading.to_local(-ray.direction))
+    let mut room = BsdfRoom::default();
+    tracer.bsdf(at, &mut room).albedo(at.shading.to_local(-ray.direction))
 }

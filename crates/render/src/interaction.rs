@@ -44,4 +44,19 @@ impl Interaction {
         let by_shading = wo.dot(self.shading.z) * wi.dot(self.shading.z);
         by_geometry * by_shading > 0.0
     }
+
+    /// A point at the origin with the given frame, for tests.
+    #[cfg(test)]
+    pub(crate) fn test(shading: Frame, uv: Vec2) -> Self {
+        Self {
+            p: Vec3::ZERO,
+            p_error: Vec3::ZERO,
+            ng: shading.z,
+            shading,
+            uv,
+            parameters: uv,
+            material: 0,
+            light: Self::NO_LIGHT,
+        }
+    }
 }

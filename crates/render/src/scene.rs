@@ -5,14 +5,14 @@ use std::sync::Arc;
 use sahl_accel::{Accel, Hit};
 use sahl_math::{Bounds3, Ray, Vec2, Vec3};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::camera::Camera;
 use crate::film::Sensor;
 use crate::filter::PixelFilter;
 use crate::integrator::TileRenderer;
 use crate::interaction::Interaction;
 use crate::light::Light;
-use crate::material::Material;
+use crate::material::{Composition, Material, Query};
 use crate::medium::Medium;
 use crate::sampler::Sampler;
 use crate::shape::{Attributes, Border};
@@ -128,14 +128,39 @@ impl SceneData {
     /// What the surface is like where `ray` hit it.
     #[inline]
     pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
-        self.attributes[hit.geometry as usize].interaction(&self.accel, ray, hit)
+        let attributes = &self.attributes[hit.geometry as usize];
+        let mut at = attributes.interaction(&self.accel, ray, hit);
+        if attributes.is_composed {
+            self.decompose(&mut at, ray, hit);
+        }
+        at
     }
 
-    /// How the surface scatters light.
+    /// Finds out which part of its material the surface is made of at this point, and its relief.
+    #[inline(never)]
+    fn decompose(&self, at: &mut Interaction, ray: &Ray, hit: &Hit) {
+        let (point, wavelengths) = (texture_point(at), Wavelengths::default());
+        let query =
+            Query { textures: &self.textures, at: &point, wavelengths: &wavelengths, regularize: false };
+        at.material = Composition::resolve(&self.materials, at.material, &query, |relief| {
+            let attributes = &self.attributes[hit.geometry as usize];
+            let derivatives = |at: &Interaction| attributes.derivatives(&self.accel, hit, at);
+            relief.shape(at, -ray.direction, &query, derivatives);
+        });
+    }
+
+    /// How the surface scatters light; `room` is where a BSDF with many parameters is kept.
     #[inline]
-    pub(crate) fn bsdf(&self, at: &Interaction, wavelengths: &Wavelengths) -> Bsdf {
-        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
-        self.materials[at.material as usize].bsdf(&self.textures, &point, wavelengths)
+    pub(crate) fn bsdf<'r>(
+        &self,
+        at: &Interaction,
+        wavelengths: &Wavelengths,
+        regularize: bool,
+        room: &'r mut BsdfRoom,
+    ) -> Bsdf<'r> {
+        let point = texture_point(at);
+        let query = Query { textures: &self.textures, at: &point, wavelengths, regularize };
+        self.materials[at.material as usize].bsdf(&query, room)
     }
 
     /// Whether `hit` lies on no surface, but on the border of a medium alone.
@@ -164,4 +189,10 @@ impl SceneData {
     pub(crate) fn light(&self, at: &Interaction) -> Option<&Light> {
         self.lights.get(at.light as usize)
     }
+}
+
+/// Where textures are evaluated for a point of a surface.
+#[inline]
+fn texture_point(at: &Interaction) -> TexturePoint {
+    TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() }
 }

@@ -4,20 +4,26 @@
 //! [`every_kind_has_a_row`].
 
 use sahl_math::{Vec2, Vec3};
+use sahl_render::bsdf::fresnel;
 use sahl_render::bsdf::microfacet::TrowbridgeReitz;
-use sahl_render::bsdf::{Bsdf, BsdfSample, Conductor, Dielectric, Diffuse};
+use sahl_render::bsdf::{
+    Bsdf, BsdfSample, Coat, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairShape,
+    OpenPbr, OpenPbrParameters, ThinDielectric,
+};
 use sahl_render::spectrum::Spectrum;
+use sahl_render::warp::uniform_sphere;
 use sahl_testkit::chi2::{DiscreteTest, SphereTest};
-use sahl_testkit::furnace::{Furnace, Reciprocity};
+use sahl_testkit::furnace::{Furnace, Reciprocity, albedo_by_sampling};
 use sahl_testkit::quadrature::integrate_sphere;
 use sahl_testkit::random::Rng;
+use sahl_testkit::stats::{Running, per_test, welch};
 
 /// How many tests share the significance of 0.01: more than there are rows times directions.
-const TESTS: usize = 200;
+const TESTS: usize = 600;
 
 struct Row {
     name: String,
-    bsdf: Bsdf,
+    bsdf: Bsdf<'static>,
     /// Index of refraction below over above; one where nothing is transmitted.
     eta: f32,
     /// Whether nothing is absorbed.
@@ -25,19 +31,25 @@ struct Row {
 }
 
 /// The number of kinds, and the place of each among them.
-const KINDS: usize = 3;
+const KINDS: usize = 9;
 
-fn kind(bsdf: &Bsdf) -> usize {
+fn kind(bsdf: &Bsdf<'_>) -> usize {
     match bsdf {
         Bsdf::Diffuse(_) => 0,
         Bsdf::Conductor(_) => 1,
         Bsdf::Dielectric(_) => 2,
+        Bsdf::ThinDielectric(_) => 3,
+        Bsdf::DiffuseTransmission(_) => 4,
+        Bsdf::CoatedDiffuse(_) => 5,
+        Bsdf::CoatedConductor(_) => 6,
+        Bsdf::Hair(_) => 7,
+        Bsdf::OpenPbr(_) => 8,
     }
 }
 
 fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
-    let mut add = |name: String, bsdf: Bsdf, eta: f32, is_white: bool| {
+    let mut add = |name: String, bsdf: Bsdf<'static>, eta: f32, is_white: bool| {
         rows.push(Row { name, bsdf, eta, is_white });
     };
     for albedo in [1.0, 0.3] {
@@ -70,7 +82,132 @@ fn rows() -> Vec<Row> {
     ] {
         add(format!("dielectric {eta} {alpha:?}"), Dielectric::new(eta, alpha).into(), eta, true);
     }
+    for eta in [1.5, 0.8] {
+        add(format!("thin dielectric {eta}"), ThinDielectric::new(eta).into(), 1.0, true);
+    }
+    for (r, t) in [(0.7, 0.3), (0.0, 0.6), (0.5, 0.0)] {
+        let sheet = DiffuseTransmission::new(Spectrum::splat(r), Spectrum::splat(t));
+        add(format!("diffuse transmission {r} {t}"), sheet.into(), 1.0, r + t == 1.0);
+    }
+    add_coated(&mut add);
+    for (name, parameters) in white_surfaces(0.6) {
+        let dark = OpenPbrParameters { base_color: Spectrum::splat(0.6), ..parameters };
+        let eta = if name.contains("glass") || name == "all" { dark.specular_ior } else { 1.0 };
+        let surface = Box::leak(Box::new(OpenPbr::new(&dark)));
+        add(format!("OpenPBR {name}"), (&*surface).into(), eta, false);
+    }
+    for (beta_m, beta_n, h, sigma_a) in
+        [(0.3, 0.3, 0.4, 0.0), (0.15, 0.6, -0.8, 0.5), (0.9, 0.2, 0.0, 0.0), (0.5, 1.0, 0.97, 2.0)]
+    {
+        let shape = HairShape { eta: 1.55, beta_m, beta_n, alpha: 0.035 };
+        let hair = Box::leak(Box::new(Hair::new(h, &shape, Spectrum::splat(sigma_a))));
+        add(format!("hair {beta_m} {beta_n} {h}"), (&*hair).into(), 1.0, sigma_a == 0.0);
+    }
     rows
+}
+
+/// A white surface that is paper, with the roughness `roughness`.
+fn white_surface(roughness: f32) -> OpenPbrParameters {
+    OpenPbrParameters {
+        base_weight: 1.0,
+        base_color: Spectrum::ONE,
+        base_diffuse_roughness: 0.0,
+        base_metalness: 0.0,
+        specular_weight: 1.0,
+        specular_color: Spectrum::ONE,
+        specular_roughness: roughness,
+        specular_anisotropy: 0.0,
+        specular_ior: 1.5,
+        transmission_weight: 0.0,
+        transmission_color: Spectrum::ONE,
+        subsurface_weight: 0.0,
+        subsurface_color: Spectrum::ONE,
+        coat_weight: 0.0,
+        coat_color: Spectrum::ONE,
+        coat_roughness: 0.2,
+        coat_ior: 1.6,
+        fuzz_weight: 0.0,
+        fuzz_color: Spectrum::ONE,
+        fuzz_roughness: 0.5,
+        thin_walled: false,
+    }
+}
+
+/// White surfaces of every kind, with what they are called; all have the given roughness.
+fn white_surfaces(roughness: f32) -> Vec<(&'static str, OpenPbrParameters)> {
+    let paper = white_surface(roughness);
+    let metal = OpenPbrParameters { base_metalness: 1.0, ..paper };
+    let glass = OpenPbrParameters { transmission_weight: 1.0, ..paper };
+    let coated = OpenPbrParameters { coat_weight: 1.0, ..metal };
+    vec![
+        ("paper", paper),
+        ("rough paper", OpenPbrParameters { base_diffuse_roughness: 1.0, ..paper }),
+        ("metal", metal),
+        ("half metal", OpenPbrParameters { base_metalness: 0.5, ..paper }),
+        ("glass", glass),
+        ("half glass", OpenPbrParameters { transmission_weight: 0.5, ..paper }),
+        ("pane", OpenPbrParameters { thin_walled: true, ..glass }),
+        ("leaf", OpenPbrParameters { thin_walled: true, subsurface_weight: 0.8, ..paper }),
+        ("coated metal", coated),
+        ("coated paper", OpenPbrParameters { base_metalness: 0.0, coat_roughness: 0.6, ..coated }),
+        ("fuzz", OpenPbrParameters { fuzz_weight: 1.0, ..paper }),
+        ("all", OpenPbrParameters { base_metalness: 0.3, fuzz_weight: 0.5, coat_weight: 0.5, ..glass }),
+    ]
+}
+
+#[test]
+fn white_surfaces_are_white_whatever_their_roughness() {
+    for roughness in [0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0] {
+        for (name, parameters) in white_surfaces(roughness) {
+            let surface = OpenPbr::new(&parameters);
+            for wo in views() {
+                let bsdf = Bsdf::from(&surface);
+                let albedo = albedo_by_sampling(|u| draw(&bsdf, wo, u).as_ref().map(energy), 20_000);
+                let noise = 4.0 * albedo.variance_of_mean().sqrt();
+                let difference = (albedo.mean() - 1.0).abs();
+                assert!(difference < 0.005 + noise, "{name} {roughness} {wo:?}: {} {noise}", albedo.mean());
+            }
+        }
+    }
+}
+
+/// A clear coat of no depth, in which light may go to and fro as often as it likes.
+fn clear_coat(alpha: f32) -> Coat {
+    Coat {
+        surface: Dielectric::new(1.5, [alpha; 2]),
+        thickness: 0.0,
+        g: 0.0,
+        albedo: Spectrum::ZERO,
+        max_depth: 1000,
+        samples: 1,
+    }
+}
+
+fn add_coated(add: &mut impl FnMut(String, Bsdf<'static>, f32, bool)) {
+    let cloudy = Coat { thickness: 0.4, g: 0.6, albedo: Spectrum::splat(0.9), samples: 2, ..clear_coat(0.3) };
+    let absorbing = Coat { thickness: 0.2, ..clear_coat(0.25) };
+    for (name, coat, white) in [
+        ("smooth", clear_coat(0.0), true),
+        ("rough", clear_coat(0.3), false),
+        ("very rough", clear_coat(0.8), false),
+        ("cloudy", cloudy, false),
+        ("cloudy and smooth", Coat { surface: Dielectric::new(1.3, [0.0; 2]), ..cloudy }, false),
+    ] {
+        let paper = Diffuse::new(Spectrum::splat(if white { 1.0 } else { 0.7 }));
+        let bsdf = Box::leak(Box::new(Coated::new(coat, paper, 7)));
+        add(format!("coated diffuse {name}"), (&*bsdf).into(), 1.0, white);
+    }
+    for (name, coat, alpha) in [
+        ("smooth", clear_coat(0.0), 0.0),
+        ("smooth", clear_coat(0.0), 0.4),
+        ("absorbing", absorbing, 0.0),
+        ("absorbing", absorbing, 0.5),
+        ("cloudy", cloudy, 0.3),
+    ] {
+        let metal = Conductor::new(Spectrum::splat(0.1), Spectrum::splat(2.5), [alpha; 2]);
+        let bsdf = Box::leak(Box::new(Coated::new(coat, metal, 7)));
+        add(format!("coated conductor {name} {alpha}"), (&*bsdf).into(), 1.0, false);
+    }
 }
 
 /// Directions of view: both sides, near the normal, oblique, and grazing; not symmetric to the tangents.
@@ -86,7 +223,7 @@ fn views() -> Vec<Vec3> {
         .collect()
 }
 
-fn draw(bsdf: &Bsdf, wo: Vec3, [u_lobe, x, y]: [f32; 3]) -> Option<BsdfSample> {
+fn draw(bsdf: &Bsdf<'_>, wo: Vec3, [u_lobe, x, y]: [f32; 3]) -> Option<BsdfSample> {
     bsdf.sample(wo, u_lobe, Vec2::new(x, y))
 }
 
@@ -112,7 +249,7 @@ fn every_kind_has_a_row() {
 #[test]
 fn samples_follow_their_density() {
     for_each(
-        |row| !row.bsdf.is_specular(),
+        |row| !row.bsdf.is_specular() && !row.bsdf.is_stochastic(),
         |row, wo| {
             // Rough refraction seen at a grazing angle has an edge that crosses the bins: it takes fine ones.
             let [theta_bins, phi_bins] = if row.eta == 1.0 { [40, 40] } else { [60, 90] };
@@ -148,10 +285,16 @@ fn check_sample(row: &Row, wo: Vec3, sample: &BsdfSample) -> Result<(), String> 
     check(kind.is_transmission() == (wo.z * wi.z < 0.0), "the wrong side")?;
     let passed = if wo.z > 0.0 { row.eta } else { 1.0 / row.eta };
     check(eta == if kind.is_transmission() { passed } else { 1.0 }, "the wrong index")?;
-    check(kind.is_specular() == row.bsdf.is_specular(), "the wrong lobe")?;
+    // Light may be reflected by a smooth coat or get through it.
+    let either = row.bsdf.is_stochastic() && !row.bsdf.is_specular();
+    check(either || kind.is_specular() == row.bsdf.is_specular(), "the wrong lobe")?;
     let (density, value) = (row.bsdf.pdf(wo, wi), row.bsdf.eval(wo, wi));
     if kind.is_specular() {
-        return check(density == 0.0 && value.is_zero() && pdf <= 1.0, "a delta lobe with a density");
+        let is_delta = either || density == 0.0 && value.is_zero();
+        return check(is_delta && pdf <= 1.0, "a delta lobe with a density");
+    }
+    if row.bsdf.is_stochastic() {
+        return check(density == pdf, &format!("pdf says {density}"));
     }
     check((density / pdf - 1.0).abs() < 5e-3, &format!("pdf says {density}"))?;
     let expected = weight * pdf;
@@ -161,7 +304,13 @@ fn check_sample(row: &Row, wo: Vec3, sample: &BsdfSample) -> Result<(), String> 
 
 #[test]
 fn light_goes_both_ways_alike() {
-    for row in rows().iter().filter(|row| !row.bsdf.is_specular()) {
+    // Hair and OpenPBR give up reciprocity.
+    let is_reciprocal = |row: &&Row| {
+        !row.bsdf.is_specular()
+            && !row.bsdf.is_stochastic()
+            && !matches!(row.bsdf, Bsdf::Hair(_) | Bsdf::OpenPbr(_))
+    };
+    for row in rows().iter().filter(is_reciprocal) {
         let check = Reciprocity { pairs: 20_000, tolerance: 1e-3, eta: row.eta };
         check
             .check(|wo, wi| row.bsdf.eval(wo, wi).max_component())
@@ -212,7 +361,10 @@ fn a_surface_of_slope_one_loses_what_it_should() {
 #[test]
 fn sampling_and_quadrature_agree() {
     for_each(
-        |row| !row.bsdf.is_specular() && !row.name.contains("0.02") && !row.name.contains("0.05"),
+        |row| {
+            let is_narrow = row.name.contains("0.02") || row.name.contains("0.05");
+            !row.bsdf.is_specular() && !row.bsdf.is_stochastic() && !is_narrow
+        },
         |row, wo| {
             let furnace = Furnace { samples: 50_000, tests: TESTS, significance: 0.01 };
             let sample = |u| draw(&row.bsdf, wo, u).map(|sample| sample.weight.max_component());
@@ -221,9 +373,140 @@ fn sampling_and_quadrature_agree() {
     );
 }
 
+/// Features of a direction, by which distributions are compared: parts of the hemisphere, smoothly bounded.
+fn features(wi: Vec3) -> [f64; 4] {
+    let [x, y, z] = [wi.x, wi.y, wi.z].map(f64::from);
+    [1.0, z.abs(), x.max(0.0), y * y]
+}
+
+fn weighted(weight: f32, wi: Vec3, count: f64) -> [f64; 4] {
+    features(wi).map(|feature| feature * f64::from(weight) * count)
+}
+
+/// Means of `draw`, which gives four numbers, over as many samples.
+fn means(seed: u64, mut draw: impl FnMut(&mut Rng) -> [f64; 4]) -> [Running; 4] {
+    let mut rng = Rng::new(seed);
+    let mut sums: [Running; 4] = Default::default();
+    for _ in 0..100_000 {
+        for (sum, value) in sums.iter_mut().zip(draw(&mut rng)) {
+            sum.add(value);
+        }
+    }
+    sums
+}
+
+/// Integrals over the sphere of what `eval` gives, times the features.
+fn integrals(seed: u64, eval: impl Fn(Vec3) -> f32) -> [Running; 4] {
+    means(seed, |rng| {
+        let [x, y] = rng.uniform();
+        let wi = uniform_sphere(Vec2::new(x, y));
+        weighted(eval(wi), wi, 4.0 * std::f64::consts::PI)
+    })
+}
+
+#[test]
+fn walks_come_out_where_their_values_say() {
+    for_each(
+        |row| row.bsdf.is_stochastic() && !row.bsdf.is_specular(),
+        |row, wo| {
+            let sampled = means(21, |rng| match draw(&row.bsdf, wo, rng.uniform()) {
+                Some(sample) if !sample.kind.is_specular() => {
+                    weighted(sample.weight.max_component(), sample.wi, 1.0)
+                }
+                _ => [0.0; 4],
+            });
+            let evaluated = integrals(22, |wi| row.bsdf.eval(wo, wi).max_component());
+            for (feature, (a, b)) in sampled.iter().zip(&evaluated).enumerate() {
+                if welch(a, b) < per_test(0.01, 4 * TESTS) {
+                    return Err(format!("feature {feature}: {} sampled, {} evaluated", a.mean(), b.mean()));
+                }
+            }
+            Ok(())
+        },
+    );
+}
+
+#[test]
+fn densities_of_walks_integrate_to_less_than_one() {
+    for_each(
+        |row| row.bsdf.is_stochastic() && !row.bsdf.is_specular(),
+        |row, wo| {
+            let [total, ..] = integrals(23, |wi| row.bsdf.pdf(wo, wi));
+            let mirrored = means(24, |rng| {
+                let specular =
+                    draw(&row.bsdf, wo, rng.uniform()).is_some_and(|sample| sample.kind.is_specular());
+                [f64::from(specular), 0.0, 0.0, 0.0]
+            });
+            // Of what diffuse light there is inside, 1 / η² at least gets out at once; the rest is left out.
+            let (total, mirrored) = (total.mean(), mirrored[0].mean());
+            let expected = 1.0 - mirrored;
+            if (0.4 * expected..1.02).contains(&total) {
+                Ok(())
+            } else {
+                Err(format!("{total} beside {mirrored}"))
+            }
+        },
+    );
+}
+
+#[test]
+fn walks_go_both_ways_alike() {
+    for row in rows().iter().filter(|row| row.bsdf.is_stochastic() && !row.bsdf.is_specular()) {
+        let mean = |wo: Vec3, wi: Vec3| {
+            means(25, |rng| {
+                // Directions nearby have other random numbers.
+                let [x, y] = rng.uniform();
+                let nudge = Vec3::new(x, y, 0.0) * 1e-3;
+                let (wo, wi) = ((wo + nudge).normalize(), (wi + nudge).normalize());
+                [f64::from(row.bsdf.eval(wo, wi).max_component() / wi.z.abs()), 0.0, 0.0, 0.0]
+            })
+        };
+        let (a, b) = (views()[1], views()[2]);
+        let (forth, back) = (mean(a, b), mean(b, a));
+        assert!(welch(&forth[0], &back[0]) > 1e-5, "{}: {:?} {:?}", row.name, forth[0], back[0]);
+    }
+}
+
+#[test]
+fn a_smooth_coat_over_paper_is_what_the_formula_says() {
+    // All orders of reflection inside add up: f = T(wo) T(wi) ρ / (π η² (1 − ρ R)), R being the mean reflectance of the
+    // interface from inside (Lee et al., "Efficient Importance Sampling ...", and older: Saunderson 1942).
+    let (eta, rho) = (1.5_f64, 0.8_f64);
+    let inside: f64 = (0..100_000)
+        .map(|i| {
+            let cos = (f64::from(i) + 0.5) / 100_000.0;
+            f64::from(fresnel::dielectric(cos as f32, (1.0 / eta) as f32).reflectance) * 2.0 * cos / 100_000.0
+        })
+        .sum();
+    let through = |cos: f32| 1.0 - f64::from(fresnel::dielectric(cos, eta as f32).reflectance);
+    for (wo, wi) in [(views()[0], views()[1]), (views()[2], views()[1]), (views()[3], views()[2])] {
+        let value = means(26, |rng| {
+            let coated =
+                Coated::new(clear_coat(0.0), Diffuse::new(Spectrum::splat(rho as f32)), rng.next_u64());
+            [f64::from(Bsdf::from(&coated).eval(wo, wi).max_component()), 0.0, 0.0, 0.0]
+        });
+        let cos = f64::from(wi.z);
+        let expected = through(wo.z) * through(wi.z) * rho * cos
+            / (std::f64::consts::PI * eta * eta * (1.0 - rho * inside));
+        let error = (value[0].mean() - expected) / value[0].variance_of_mean().sqrt().max(1e-7);
+        assert!(error.abs() < 4.5, "{wo:?}: {} instead of {expected}", value[0].mean());
+    }
+}
+
+#[test]
+fn white_paper_below_a_clear_coat_is_white() {
+    let row = rows().into_iter().find(|row| row.name == "coated diffuse smooth").unwrap();
+    for wo in views() {
+        let furnace = Furnace { tests: TESTS, ..Furnace::default() };
+        furnace
+            .expect_albedo(|u| draw(&row.bsdf, wo, u).map(|sample| sample.weight.max_component()), 1.0)
+            .unwrap_or_else(|message| panic!("{wo:?}: {message}"));
+    }
+}
+
 #[test]
 fn smooth_glass_chooses_between_its_two_directions() {
-    let glass: Bsdf = Dielectric::new(1.5, [0.0, 0.0]).into();
+    let glass: Bsdf<'_> = Dielectric::new(1.5, [0.0, 0.0]).into();
     for wo in views() {
         let choice =
             |u| draw(&glass, wo, [u, 0.5, 0.5]).map(|sample| usize::from(sample.kind.is_transmission()));

@@ -68,6 +68,14 @@ fn materials(scene: &SceneDesc) -> Tally {
         Material::Diffuse { .. } => "diffuse",
         Material::Conductor { .. } => "conductor",
         Material::Dielectric { .. } => "dielectric",
+        Material::ThinDielectric { .. } => "thin dielectric",
+        Material::DiffuseTransmission { .. } => "diffuse transmission",
+        Material::CoatedDiffuse { .. } => "coated diffuse",
+        Material::CoatedConductor { .. } => "coated conductor",
+        Material::Hair(_) => "hair",
+        Material::OpenPbr(_) => "OpenPBR",
+        Material::Mix { .. } => "mix",
+        Material::Relief { .. } => "relief",
         Material::Interface => "interface",
     }))
 }

@@ -210,7 +210,7 @@ impl<'a> Interpreter<'a> {
     pub(super) fn finish(mut self) -> (SceneDesc, Diagnostics, Sources) {
         self.close_scopes(0);
         self.resolve_instances();
-        self.materials.resolve(&mut self.cx.scene, &self.cx.report);
+        self.materials.check(&self.cx.scene, &self.cx.report);
         self.media.check(&self.cx.report);
         self.check_world();
         if let (Some(seed), false) = (self.options.seed, self.sampler_has_seed) {

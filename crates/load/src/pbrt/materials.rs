@@ -1,6 +1,6 @@
 //! Materials by name. A name may be used before it is defined, as in pbrt.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use sahl_scene::{Diagnostic, Handle, Material, Origin, SceneDesc, Span};
@@ -16,8 +16,6 @@ use super::translate::{self, MaterialKind};
 #[derive(Debug, Default)]
 pub(super) struct NamedMaterials {
     named: BTreeMap<String, Entry>,
-    /// Materials that are copies of others.
-    aliases: BTreeMap<usize, Alias>,
     default: Option<Handle<Material>>,
     interface: Option<Handle<Material>>,
 }
@@ -31,13 +29,6 @@ struct Entry {
     /// Where it is used first, if that is before.
     used: Option<Span>,
     interface: bool,
-}
-
-/// The material that another one is a copy of.
-#[derive(Debug)]
-struct Alias {
-    target: Handle<Material>,
-    span: Span,
 }
 
 impl NamedMaterials {
@@ -61,8 +52,8 @@ impl NamedMaterials {
         })
     }
 
-    /// Fills in what was used before it was defined, and reports what never was.
-    pub(super) fn resolve(&self, scene: &mut SceneDesc, report: &Report) {
+    /// Reports materials that were used and never defined, and those that are mixed of themselves.
+    pub(super) fn check(&self, scene: &SceneDesc, report: &Report) {
         for (text, entry) in &self.named {
             let (None, Some(used)) = (entry.defined, entry.used) else { continue };
             let message = format!("there is no material called {}", quote(text.as_bytes()));
@@ -70,27 +61,10 @@ impl NamedMaterials {
             let defined = self.named.iter().filter(|(_, entry)| entry.defined.is_some());
             report.push_with_choices(diagnostic, text, defined.map(|(name, _)| name.as_str()));
         }
-        // Chains are followed once: what a material resolves to is remembered for all on the way.
-        let mut resolved: BTreeMap<usize, Handle<Material>> = BTreeMap::new();
-        for (&index, alias) in &self.aliases {
-            let mut chain = BTreeSet::from([index]);
-            let mut target = alias.target;
-            while let Some(next) = self.aliases.get(&target.index()) {
-                if let Some(&end) = resolved.get(&target.index()) {
-                    target = end;
-                    break;
-                }
-                if !chain.insert(target.index()) {
-                    report.error("cyclic-material", alias.span, "this material is mixed of itself");
-                    break;
-                }
-                target = next.target;
-            }
-            resolved.extend(chain.into_iter().map(|index| (index, target)));
-        }
-        for (index, target) in resolved {
-            let handle = Handle::new(u32::try_from(index).expect("handles count in 32 bits"));
-            scene.materials[handle] = scene.materials[target].clone();
+        for handle in scene.cyclic_materials() {
+            // Only materials that a file names can be part of others.
+            let Some(span) = scene.materials.origin(handle).span else { continue };
+            report.error("cyclic-material", span, "this material is mixed of itself");
         }
     }
 }
@@ -104,7 +78,7 @@ impl Interpreter<'_> {
             return;
         }
         let handle = self.cx.scene.materials.push(Material::default(), Origin::at(statement.span));
-        self.fill_material(handle, kind, statement.span);
+        self.fill_material(handle, kind);
         self.state.material = CurrentMaterial::Given(handle);
     }
 
@@ -114,23 +88,30 @@ impl Interpreter<'_> {
         if statement.rule.directive == Directive::MakeNamedMaterial {
             p.without_effect(&["type"]);
         }
-        let material = translate::material(&self.cx, &plugin.text, &p);
+        let material = translate::material(&mut self.cx, &plugin.text, &p);
         p.finish();
         material
     }
 
     /// Puts what a directive asks for into the place of a material.
-    fn fill_material(&mut self, handle: Handle<Material>, kind: MaterialKind, span: Span) {
+    fn fill_material(&mut self, handle: Handle<Material>, kind: MaterialKind) {
         match kind {
             MaterialKind::Surface(material) => self.cx.scene.materials[handle] = material,
-            MaterialKind::Alias(name) => {
-                let target = self.materials.entry(&mut self.cx.scene, &name);
-                if target.interface {
-                    let message = "an `interface` can't be part of a mix";
-                    self.cx.report.error("invalid-value", name.span, message);
-                }
-                let target = target.handle;
-                self.materials.aliases.insert(handle.index(), Alias { target, span });
+            MaterialKind::Shaped(material, relief) => {
+                let origin = self.cx.scene.materials.origin(handle).clone();
+                let material = self.cx.scene.materials.push(material, origin);
+                self.cx.scene.materials[handle] = Material::Relief { material, relief };
+            }
+            MaterialKind::Mix(names, amount) => {
+                let materials = names.map(|name| {
+                    let part = self.materials.entry(&mut self.cx.scene, &name);
+                    if part.interface {
+                        let message = "an `interface` can't be part of a mix";
+                        self.cx.report.error("invalid-value", name.span, message);
+                    }
+                    part.handle
+                });
+                self.cx.scene.materials[handle] = Material::Mix { materials, amount };
             }
             MaterialKind::Interface => {}
         }
@@ -160,7 +141,7 @@ impl Interpreter<'_> {
                 entry.interface = true;
             }
         }
-        self.fill_material(handle, kind, statement.span);
+        self.fill_material(handle, kind);
     }
 
     pub(super) fn named_material(&mut self, statement: &Statement) {

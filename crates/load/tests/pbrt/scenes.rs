@@ -6,8 +6,9 @@ use sahl_image::{ColorSpace, Encoding};
 use sahl_load::{Loaded, MemoryAssets, load, load_pbrt};
 use sahl_math::Vec3;
 use sahl_scene::{
-    FloatParam, Geometry, Light, Material, Projection, Radiance, SceneDesc, Spectrum, SpectrumParam, Texture,
-    TextureFilter, TextureMapping, UvMapping, Wrap,
+    Coat, ConductorReflectance, FloatParam, Geometry, Hair, HairColor, Light, Material, Projection, Radiance,
+    Relief, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping,
+    Wrap,
 };
 
 use crate::support;
@@ -238,4 +239,113 @@ fn mesh_files_are_read_once() {
     let shapes = scene.shapes.values();
     assert_eq!(shapes[0].geometry, shapes[2].geometry);
     assert!(!shapes[0].reverse_orientation && shapes[2].reverse_orientation);
+}
+
+#[test]
+fn layered_and_thin_materials_keep_their_parameters() {
+    let scene = scene(
+        r#"WorldBegin
+        Material "coateddiffuse" "rgb reflectance" [ .1 .2 .3 ] "float roughness" .09 "float eta" 1.4
+            "float thickness" .2 "float g" .3 "rgb albedo" [ .5 .5 .5 ] "integer maxdepth" 20 "integer nsamples" 4
+        Material "coatedconductor" "float interface.uroughness" .3 "float interface.eta" 1.3
+            "float conductor.roughness" .2
+        Material "thindielectric" "float eta" 1.3
+        Material "diffusetransmission" "rgb transmittance" [ .1 .1 .1 ] "float scale" .5
+        Material "coatedconductor" "rgb reflectance" [ .9 .8 .7 ]"#,
+    );
+    let [paper, metal, pane, sheet, colour] = scene.materials.values() else {
+        panic!("{:?}", scene.materials)
+    };
+    let both = |u, v| Roughness { u: FloatParam::Constant(u), v: FloatParam::Constant(v), remap: true };
+    let grey = |value| SpectrumParam::Constant(Spectrum::Constant(value));
+    let coat = Coat {
+        roughness: both(0.09, 0.09),
+        eta: Spectrum::Constant(1.4),
+        thickness: FloatParam::Constant(0.2),
+        g: FloatParam::Constant(0.3),
+        albedo: SpectrumParam::Constant(Spectrum::srgb([0.5; 3])),
+        max_depth: 20,
+        samples: 4,
+    };
+    let reflectance = SpectrumParam::Constant(Spectrum::srgb([0.1, 0.2, 0.3]));
+    assert_eq!(*paper, Material::CoatedDiffuse { reflectance, coat });
+    let named = |name: &str| SpectrumParam::Constant(Spectrum::Named(name.to_owned()));
+    let copper = ConductorReflectance::Index { eta: named("metal-Cu-eta"), k: named("metal-Cu-k") };
+    let coat = Coat { roughness: both(0.3, 0.0), eta: Spectrum::Constant(1.3), ..Coat::default() };
+    let expected = Material::CoatedConductor { reflectance: copper, roughness: both(0.2, 0.2), coat };
+    assert_eq!(*metal, expected);
+    assert_eq!(*pane, Material::ThinDielectric { eta: Spectrum::Constant(1.3) });
+    let transmittance = SpectrumParam::Constant(Spectrum::srgb([0.1; 3]));
+    let expected = Material::DiffuseTransmission { reflectance: grey(0.25), transmittance, scale: 0.5 };
+    assert_eq!(*sheet, expected);
+    assert!(matches!(colour, Material::CoatedConductor { reflectance: ConductorReflectance::Normal(_), .. }));
+}
+
+#[test]
+fn a_mix_refers_to_materials_that_may_follow() {
+    let scene = scene(
+        r#"WorldBegin
+        MakeNamedMaterial "both" "string type" "mix" "string materials" [ "a" "b" ] "float amount" 0.7
+        MakeNamedMaterial "a" "string type" "diffuse"
+        MakeNamedMaterial "b" "string type" "dielectric"
+        NamedMaterial "both" Shape "sphere""#,
+    );
+    let Material::Mix { materials: [a, b], amount } = &scene.materials[scene.shapes.values()[0].material]
+    else {
+        panic!("{:?}", scene.materials)
+    };
+    assert_eq!(*amount, FloatParam::Constant(0.7));
+    assert!(matches!(scene.materials[*a], Material::Diffuse { .. }));
+    assert!(matches!(scene.materials[*b], Material::Dielectric { .. }));
+}
+
+#[test]
+fn bumps_and_normal_maps_are_materials_around_others() {
+    let mut assets = MemoryAssets::default();
+    assets.insert("n.ppm", *b"P6 1 1 255 \x80\x80\xff");
+    let text = r#"WorldBegin
+        Texture "h" "float" "constant" "float value" 2
+        Material "dielectric" "texture displacement" "h"
+        MakeNamedMaterial "m" "string type" "coateddiffuse" "string normalmap" "n.ppm""#;
+    let loaded = load_pbrt("test.pbrt", text.as_bytes().to_vec(), &assets);
+    assert!(loaded.diagnostics.is_empty(), "{:?}", loaded.diagnostics);
+    let scene = loaded.scene;
+    let relief = |i: usize| match &scene.materials.values()[i] {
+        Material::Relief { material, relief } => (&scene.materials[*material], relief),
+        other => panic!("{other:?}"),
+    };
+    let (glass, bump) = relief(0);
+    assert!(matches!((glass, bump), (Material::Dielectric { .. }, Relief::Bump(FloatParam::Texture(_)))));
+    let (paper, normals) = relief(2);
+    assert!(matches!((paper, normals), (Material::CoatedDiffuse { .. }, Relief::Normals(_))));
+    assert_eq!(scene.images.values()[0].encoding, Encoding::Linear);
+    let both = r#"WorldBegin Material "diffuse" "float displacement" 1 "string normalmap" "n.ppm""#;
+    let loaded = load_pbrt("test.pbrt", both.as_bytes().to_vec(), &assets);
+    assert_eq!(
+        loaded.diagnostics.iter().map(|entry| entry.code).collect::<Vec<_>>(),
+        ["unsupported-parameter"]
+    );
+}
+
+#[test]
+fn hair_has_the_strongest_of_its_colours() {
+    let colours = |text: &str| {
+        let text = format!("WorldBegin Material \"hair\" {text}");
+        let loaded = load_pbrt("test.pbrt", text.into_bytes(), &MemoryAssets::default());
+        let warnings = loaded.diagnostics.iter().count();
+        match &loaded.scene.materials.values()[0] {
+            Material::Hair(hair) => (hair.color.clone(), warnings),
+            other => panic!("{other:?}"),
+        }
+    };
+    let rgb = |rgb| SpectrumParam::Constant(Spectrum::srgb(rgb));
+    assert_eq!(colours("").0, Hair::default().color);
+    let both = colours("\"rgb sigma_a\" [ 1 2 3 ] \"rgb reflectance\" [ .1 .2 .3 ]");
+    assert_eq!(both, (HairColor::Absorption(rgb([1.0, 2.0, 3.0])), 1));
+    let color = colours("\"rgb color\" [ .1 .2 .3 ]");
+    assert_eq!(color, (HairColor::Reflectance(rgb([0.1, 0.2, 0.3])), 0));
+    let red = colours("\"float pheomelanin\" 1.2");
+    let expected =
+        HairColor::Melanin { eumelanin: FloatParam::Constant(0.0), pheomelanin: FloatParam::Constant(1.2) };
+    assert_eq!(red, (expected, 0));
 }

@@ -2,8 +2,8 @@
 
 use sahl_load::{MemoryAssets, load_pbrt};
 use sahl_scene::{
-    ConductorReflectance, Diagnostics, Film, Filter, Integrator, Light, Material, PathTracer, Projection,
-    SceneDesc, Spectrum, SpectrumParam, Texture,
+    Diagnostics, Film, Filter, Integrator, Light, Material, PathTracer, Projection, SceneDesc, Spectrum,
+    SpectrumParam, Texture,
 };
 
 fn read(text: &str) -> (SceneDesc, Diagnostics) {
@@ -75,39 +75,15 @@ fn samplers_filters_films_and_cameras() {
 #[test]
 fn materials() {
     let red = "\"rgb reflectance\" [ 0.5 0.1 0.1 ]";
-    for name in ["coateddiffuse", "diffusetransmission", "hair", "subsurface"] {
-        let scene = warned(&format!("WorldBegin Material \"{name}\" {red}"), "`diffuse` is used");
-        let expected = SpectrumParam::Constant(Spectrum::srgb([0.5, 0.1, 0.1]));
-        assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: expected }], "{name}");
-    }
-    let scene =
-        warned("WorldBegin Material \"coatedconductor\" \"float interface.eta\" 1.4", "`conductor` is used");
-    let Material::Conductor { reflectance: ConductorReflectance::Index { eta, .. }, .. } =
-        &scene.materials.values()[0]
-    else {
-        panic!("{:?}", scene.materials)
-    };
-    assert_eq!(*eta, SpectrumParam::Constant(Spectrum::Named("metal-Cu-eta".to_owned())));
-    warned("WorldBegin Material \"thindielectric\" \"float eta\" 1.3", "`dielectric` is used");
+    let scene = warned(&format!("WorldBegin Material \"subsurface\" {red}"), "`diffuse` is used");
+    let expected = SpectrumParam::Constant(Spectrum::srgb([0.5, 0.1, 0.1]));
+    assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: expected }]);
     warned("WorldBegin Material \"measured\" \"string filename\" \"a.bsdf\"", "`diffuse`");
-}
-
-#[test]
-fn a_mix_becomes_the_material_with_the_larger_share() {
-    let text = r#"WorldBegin
-        MakeNamedMaterial "both" "string type" "mix" "string materials" [ "a" "b" ] "float amount" 0.7
-        MakeNamedMaterial "a" "string type" "diffuse"
-        MakeNamedMaterial "b" "string type" "dielectric"
-        NamedMaterial "both" Shape "sphere""#;
-    let scene = warned(text, "`b` is used");
-    assert!(matches!(scene.materials[scene.shapes.values()[0].material], Material::Dielectric { .. }));
 }
 
 #[test]
 fn parameters_of_surfaces() {
     warned("WorldBegin Shape \"sphere\" \"float alpha\" 0.5", "opaque");
-    warned("WorldBegin Material \"diffuse\" \"string normalmap\" \"n.png\"", "keeps its normals");
-    warned("WorldBegin Material \"dielectric\" \"float displacement\" 1", "stays smooth");
     warned("WorldBegin Shape \"curve\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0 ]", "left out");
     let scene = warned(
         "WorldBegin Shape \"loopsubdiv\" \"integer levels\" 2 \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]",

@@ -77,31 +77,111 @@ impl Dielectric {
     /// The lobes of a rough surface.
     #[inline]
     fn sample_rough(&self, facets: TrowbridgeReitz, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let (flip, wo, eta) = self.upright(wo);
+        let lobe = self.rough_lobe(facets, wo, u, |reflectance| u_lobe >= reflectance)?;
+        let (kind, eta) = match lobe.transmitted {
+            true => (ScatterKind::GLOSSY_TRANSMISSION, lobe.configuration.eta),
+            false => (ScatterKind::GLOSSY_REFLECTION, 1.0),
+        };
+        let pdf = lobe.configuration.pdf(lobe.share);
+        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
+            wi: flip_z(lobe.configuration.wi, wo.z < 0.0),
+            weight: Spectrum::splat(lobe.configuration.weight()),
+            pdf,
+            kind,
+            eta,
+        })
+    }
+
+    /// A direction by a visible microfacet; `transmits` chooses the lobe, given the reflectance of the microfacet.
+    #[inline]
+    fn rough_lobe(
+        &self,
+        facets: TrowbridgeReitz,
+        wo: Vec3,
+        u: Vec2,
+        transmits: impl FnOnce(f32) -> bool,
+    ) -> Option<RoughLobe> {
+        let (_, wo, eta) = self.upright(wo);
         let m = facets.sample_visible(wo, u);
         let cos = wo.dot(m);
         let fresnel = fresnel::dielectric(cos, eta);
-        let (wi, kind, passed, share) = if u_lobe < fresnel.reflectance {
-            (m * (2.0 * cos) - wo, ScatterKind::GLOSSY_REFLECTION, 1.0, fresnel.reflectance)
-        } else {
+        let transmitted = transmits(fresnel.reflectance);
+        let (wi, share) = if transmitted {
             let inverse_eta = 1.0 / eta;
             let along = cos * inverse_eta - fresnel.cos_transmitted;
             let share = fresnel::transmittance(cos, fresnel.cos_transmitted, eta);
-            (m * along - wo * inverse_eta, ScatterKind::GLOSSY_TRANSMISSION, eta, share)
+            (m * along - wo * inverse_eta, share)
+        } else {
+            (m * (2.0 * cos) - wo, fresnel.reflectance)
         };
-        if (wi.z < 0.0) != kind.is_transmission() {
+        if (wi.z < 0.0) != transmitted {
             return None;
         }
-        let configuration = Configuration::new(facets, eta, wo, wi, m)?;
-        let pdf = configuration.pdf(share);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample {
-            wi: flip_z(wi, flip),
-            weight: Spectrum::splat(configuration.weight()),
+        Some(RoughLobe { configuration: Configuration::new(facets, eta, wo, wi, m)?, share, transmitted })
+    }
+
+    /// Draws a direction by reflection alone, or by refraction alone where `transmits` is set.
+    ///
+    /// For surfaces that are made of this interface and something below it. `None` also where the lobe has no light.
+    #[inline]
+    pub(super) fn sample_lobe(&self, wo: Vec3, transmits: bool, u: Vec2) -> Option<LobeSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let (flip, upright, eta) = self.upright(wo);
+        let Some(facets) = self.facets else {
+            let fresnel = fresnel::dielectric(upright.z, eta);
+            let (wi, share, weight) = if transmits {
+                let share = 1.0 - fresnel.reflectance;
+                let wi = Vec3::new(-wo.x / eta, -wo.y / eta, -fresnel.cos_transmitted);
+                (wi, share, share / (eta * eta))
+            } else {
+                (Vec3::new(-wo.x, -wo.y, upright.z), fresnel.reflectance, fresnel.reflectance)
+            };
+            let usable = share > 0.0 && wi.z != 0.0;
+            return usable.then(|| LobeSample { wi: flip_z(wi, flip), weight, pdf: 1.0, share });
+        };
+        let lobe = self.rough_lobe(facets, wo, u, |_| transmits)?;
+        let pdf = lobe.configuration.pdf(1.0);
+        (lobe.share > 0.0 && pdf > 0.0 && pdf.is_finite()).then(|| LobeSample {
+            wi: flip_z(lobe.configuration.wi, flip),
+            weight: lobe.share * lobe.configuration.weight(),
             pdf,
-            kind,
-            eta: passed,
+            share: lobe.share,
         })
     }
+
+    /// Density per steradian with which [`Dielectric::sample_lobe`] draws `wi` by the lobe of its side.
+    #[inline]
+    pub(super) fn lobe_pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.configuration(wo, wi).map_or(0.0, |configuration| configuration.pdf(1.0))
+    }
+
+    /// Index of refraction below over above.
+    #[inline]
+    pub(crate) fn eta(&self) -> f32 {
+        self.eta
+    }
+}
+
+/// A direction that a rough surface scatters to.
+struct RoughLobe {
+    configuration: Configuration,
+    /// [`Configuration::share`].
+    share: f32,
+    transmitted: bool,
+}
+
+/// A direction drawn by one of the lobes alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LobeSample {
+    pub(super) wi: Vec3,
+    /// f |cos θi| / `pdf`.
+    pub(super) weight: f32,
+    /// Density per steradian among the directions of the lobe; one for a delta lobe.
+    pub(super) pdf: f32,
+    /// The share of light that the lobe has at the microfacet that was drawn.
+    pub(super) share: f32,
 }
 
 /// `m`, turned round if needed to point up.

@@ -35,6 +35,12 @@ impl TrowbridgeReitz {
         rough.then(|| Self { alpha_x: alpha_x.max(MIN_ALPHA), alpha_y: alpha_y.max(MIN_ALPHA) })
     }
 
+    /// The distribution with the given α, each at least [`SMOOTH_ALPHA`]: for surfaces that are never smooth.
+    #[inline]
+    pub fn never_smooth([alpha_x, alpha_y]: [f32; 2]) -> Self {
+        Self { alpha_x: alpha_x.max(SMOOTH_ALPHA), alpha_y: alpha_y.max(SMOOTH_ALPHA) }
+    }
+
     /// α along the two tangents.
     #[inline]
     pub fn alpha(&self) -> [f32; 2] {

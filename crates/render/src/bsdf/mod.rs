@@ -1,7 +1,9 @@
 //! Surface scattering at a point.
 //!
 //! Design decision: a [`Bsdf`] is a small `Copy` value made at a hit; its kinds are a closed set. Each kind is one
-//! struct in one file, a private trait forces the contract on it, and one macro writes the arms that lead to it.
+//! struct in one file, a private trait forces the contract on it, and one macro writes the arms that lead to it. Kinds
+//! with many parameters stay in a [`BsdfRoom`], a place on the stack of whoever asks for the BSDF, and are referred to:
+//! the frequent kinds are not made larger by the rare ones.
 //!
 //! Contract. Directions are unit vectors in the local frame: +z is the shading normal, `wo` points to where light is
 //! going (the camera), `wi` to where it comes from and is what [`Bsdf::sample`] draws. Every value is that of radiance:
@@ -9,22 +11,39 @@
 //! Delta lobes have no density: [`Bsdf::eval`] and [`Bsdf::pdf`] leave them out, and a sample of one has the
 //! probability of its lobe for `pdf`. A direction exactly in the surface scatters nothing.
 //!
-//! Deliberately absent: transport of importance, whose transmission lacks 1/η², and compensation of the energy that
-//! scatters more than once between microfacets.
+//! Kinds that walk through layers ([`Bsdf::is_stochastic`]) differ in two points. `eval` and `pdf` are estimates, whose
+//! random numbers are hashed from the directions and the place: the same arguments give the same value, and the mean over
+//! places is what is meant. And `pdf` only resembles the density of `sample`: it integrates to at most one, and is positive
+//! wherever `eval` is. That is enough to weigh strategies against each other, which is all that a density is for, since
+//! `weight` does not come from it.
+//!
+//! Deliberately absent: transport of importance, whose transmission lacks 1/η².
 
+mod coated;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 pub mod fresnel;
+mod hair;
 pub mod microfacet;
+mod open_pbr;
+pub(crate) mod room;
+mod thin_dielectric;
 
 use sahl_math::{Vec2, Vec3};
 
 use crate::spectrum::Spectrum;
 
+pub use coated::{Coat, Coated, CoatedConductor, CoatedDiffuse};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
+pub use hair::{Hair, HairShape};
+pub use open_pbr::{OpenPbr, OpenPbrParameters};
+pub use room::BsdfRoom;
+pub use thin_dielectric::ThinDielectric;
 
 /// A direction drawn by [`Bsdf::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +77,8 @@ enum Lobe {
 impl ScatterKind {
     /// Reflection spread over the hemisphere.
     pub const DIFFUSE_REFLECTION: Self = Self { lobe: Lobe::Diffuse, transmission: false };
+    /// Transmission spread over the hemisphere.
+    pub const DIFFUSE_TRANSMISSION: Self = Self { lobe: Lobe::Diffuse, transmission: true };
     /// Reflection about the mirror direction.
     pub const GLOSSY_REFLECTION: Self = Self { lobe: Lobe::Glossy, transmission: false };
     /// Refraction about the direction of Snell's law.
@@ -105,18 +126,24 @@ trait Scatter: Copy {
     fn is_specular(&self) -> bool;
     fn reach(&self) -> Reach;
     fn albedo(&self, wo: Vec3) -> Spectrum;
+
+    /// Whether values are estimates: see the documentation of the module.
+    #[inline]
+    fn is_stochastic(&self) -> bool {
+        false
+    }
 }
 
 /// Writes the enum of all kinds, and leads each method of the contract to the kind at hand.
 macro_rules! bsdfs {
-    ($($(#[$doc:meta])* $Kind:ident),+ $(,)?) => {
+    ($($(#[$doc:meta])* $Kind:ident($Type:ty)),+ $(,)?) => {
         /// How light scatters at a point of a surface; see the contract in the documentation of the module.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Bsdf {
-            $($(#[$doc])* $Kind($Kind)),+
+        pub enum Bsdf<'a> {
+            $($(#[$doc])* $Kind($Type)),+
         }
 
-        impl Bsdf {
+        impl<'a> Bsdf<'a> {
             /// `f(wo, wi) |cos θi|` without delta lobes, per steradian.
             #[inline]
             pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -157,11 +184,17 @@ macro_rules! bsdfs {
             pub fn albedo(&self, wo: Vec3) -> Spectrum {
                 match self { $(Self::$Kind(bsdf) => bsdf.albedo(wo)),+ }
             }
+
+            /// Whether `eval` and `pdf` are estimates: see the documentation of the module.
+            #[inline]
+            pub fn is_stochastic(&self) -> bool {
+                match self { $(Self::$Kind(bsdf) => bsdf.is_stochastic()),+ }
+            }
         }
 
-        $(impl From<$Kind> for Bsdf {
+        $(impl<'a> From<$Type> for Bsdf<'a> {
             #[inline]
-            fn from(bsdf: $Kind) -> Self {
+            fn from(bsdf: $Type) -> Self {
                 Self::$Kind(bsdf)
             }
         })+
@@ -170,11 +203,23 @@ macro_rules! bsdfs {
 
 bsdfs! {
     /// Lambertian reflection.
-    Diffuse,
+    Diffuse(Diffuse),
     /// A metal.
-    Conductor,
+    Conductor(Conductor),
     /// Glass, water: reflects and refracts.
-    Dielectric,
+    Dielectric(Dielectric),
+    /// A pane: reflects and lets through.
+    ThinDielectric(ThinDielectric),
+    /// Lambertian reflection and transmission.
+    DiffuseTransmission(DiffuseTransmission),
+    /// Lambertian reflection below a coat.
+    CoatedDiffuse(&'a CoatedDiffuse),
+    /// A metal below a coat.
+    CoatedConductor(&'a CoatedConductor),
+    /// A fibre.
+    Hair(&'a Hair),
+    /// The layers of OpenPBR.
+    OpenPbr(&'a OpenPbr),
 }
 
 /// Mirrors `w` in the tangent plane where `flip` is set.

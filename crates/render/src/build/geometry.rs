@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use sahl_accel::{Cylinder, Disk, Instance, PatchMesh, Sphere, TriangleMesh, World};
 use sahl_math::{Transform, Vec3};
-use sahl_scene::{FloatParam, Geometry, Handle, Material, Roughness, SceneDesc, Shape};
+use sahl_scene::{Geometry, Handle, Material, SceneDesc, Shape};
 
 use super::lights::LightBuilder;
+use crate::material;
 use crate::scene::SceneStats;
 use crate::shape::{
     Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, TriangleEmitter,
@@ -79,10 +80,12 @@ impl<'a> GeometryBuilder<'a> {
     fn push(&mut self, handle: Handle<Shape>) -> u32 {
         let shape = &self.description.shapes[handle];
         let to_parent = shape.shape_to_world;
+        let traits = material::traits(self.description, shape.material);
         let mut attributes = Attributes {
             flip: shape.reverse_orientation,
             material: shape.material.index() as u32,
-            needs_tangent: needs_tangent(&self.description.materials[shape.material]),
+            needs_tangent: traits.needs_tangent,
+            is_composed: traits.is_composed,
             normals: None,
             uvs: None,
             lights: None,
@@ -180,21 +183,6 @@ fn baked_positions(positions: &Arc<[Vec3]>, transform: &Transform) -> Arc<[Vec3]
         return positions.clone();
     }
     positions.iter().map(|&p| transform.point(p)).collect()
-}
-
-/// Whether the BSDF depends on more than the normal: whether the microfacets differ along the tangents.
-fn needs_tangent(material: &Material) -> bool {
-    match material {
-        Material::Diffuse { .. } | Material::Interface => false,
-        Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => {
-            let Roughness { u, v, .. } = roughness;
-            match (u, v) {
-                (FloatParam::Constant(u), FloatParam::Constant(v)) => u != v,
-                (FloatParam::Texture(u), FloatParam::Texture(v)) => u != v,
-                _ => true,
-            }
-        }
-    }
 }
 
 /// The emitter that a quadric is; `None` for meshes.

@@ -100,7 +100,13 @@ fn materials(description: &SceneDesc, textures: &Textures, diagnostics: &mut Dia
         .materials
         .iter()
         .map(|(handle, material)| {
-            Material::new(material, textures, description.materials.origin(handle).span, diagnostics)
+            Material::new(
+                material,
+                description,
+                textures,
+                description.materials.origin(handle).span,
+                diagnostics,
+            )
         })
         .collect()
 }

@@ -11,7 +11,7 @@ use crate::spectrum::Spectrum;
 /// A surface point with what scatters light there, seen from `wo`.
 pub(super) struct Scattering<'a> {
     pub(super) at: &'a Interaction,
-    pub(super) bsdf: &'a Bsdf,
+    pub(super) bsdf: &'a Bsdf<'a>,
     /// Unit direction in the world from which the point is looked at.
     pub(super) wo: Vec3,
 }

@@ -13,6 +13,7 @@ use sahl_math::Ray;
 
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
+use crate::bsdf::BsdfRoom;
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
 use crate::spectrum::Spectrum;
@@ -152,7 +153,8 @@ impl<const MEDIA: bool> Path<MEDIA> {
         path.depth += 1;
 
         // Add light that comes straight from a light.
-        let bsdf = tracer.bsdf(at);
+        let mut room = BsdfRoom::default();
+        let bsdf = tracer.bsdf(at, &mut room);
         let vantage = Vantage::on_surface(at, wo, bsdf.reach());
         if !bsdf.is_specular() && !self.selection.is_empty() {
             let scattering = Scattering { at, bsdf: &bsdf, wo };

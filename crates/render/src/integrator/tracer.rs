@@ -3,7 +3,7 @@
 use sahl_accel::Hit;
 use sahl_math::{Ray, Vec3};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::interaction::Interaction;
 use crate::light::LightSample;
 use crate::sampler::Sampler;
@@ -68,10 +68,10 @@ impl<'a> Tracer<'a> {
         self.is_occluded(&ray)
     }
 
-    /// How a surface scatters light.
+    /// How a surface scatters light; `room` is where a BSDF with many parameters is kept.
     #[inline]
-    pub(crate) fn bsdf(&self, at: &Interaction) -> Bsdf {
-        self.scene.bsdf(at, &self.wavelengths)
+    pub(crate) fn bsdf<'r>(&self, at: &Interaction, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+        self.scene.bsdf(at, &self.wavelengths, false, room)
     }
 
     /// Radiance that a surface emits along `wo`.

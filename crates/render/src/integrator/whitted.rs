@@ -9,6 +9,7 @@ use sahl_math::{Ray, Vec2};
 
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
+use crate::bsdf::BsdfRoom;
 use crate::spectrum::Spectrum;
 
 /// Direct light of every light, and mirror reflections and refractions followed as a tree.
@@ -38,7 +39,8 @@ impl Whitted {
         let Some(at) = tracer.nearest(ray) else { return tracer.escaped(ray) };
         let wo = -ray.direction;
         let mut radiance = tracer.emitted(&at, wo);
-        let bsdf = tracer.bsdf(&at);
+        let mut room = BsdfRoom::default();
+        let bsdf = tracer.bsdf(&at, &mut room);
         let scattering = Scattering { at: &at, bsdf: &bsdf, wo };
 
         if !bsdf.is_specular() {

@@ -1,18 +1,33 @@
 //! Materials: how a surface's parameters become a BSDF at a hit.
 //!
 //! Design decision: a material is a small value in the scene's list. What does not vary over the surface is computed
-//! when the scene is built; at a hit, [`Material::bsdf`] looks up the rest and makes a [`Bsdf`].
-//!
-//! Deliberately absent: bump and normal maps, and mixtures.
+//! when the scene is built; at a hit, [`Material::bsdf`] looks up the rest and makes a [`Bsdf`]. Materials made of others
+//! are taken apart before, when the hit becomes an interaction (`composition`): what scatters is always a plain material.
 //!
 //! In a scene file: `Material "conductor" "rgb reflectance" [.9 .6 .3] "float roughness" .2`.
 
-use sahl_math::safe_sqrt;
-use sahl_scene::{Diagnostics, Span};
+mod coat;
+mod composition;
+mod hair;
+mod open_pbr;
+mod relief;
+mod roughness;
 
-use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, fresnel};
+use sahl_scene::{Diagnostics, SceneDesc, Span};
+
+use crate::bsdf::{
+    Bsdf, BsdfRoom, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric, fresnel,
+};
 use crate::spectrum::{ColorRole, SpectralCurve, Spectrum, Wavelengths};
 use crate::texture::{FloatSource, SpectrumSource, TexturePoint, Textures};
+
+pub use coat::{CoatedBase, CoatedSource};
+pub use composition::Composition;
+pub(crate) use composition::traits;
+pub use hair::HairSource;
+pub use open_pbr::OpenPbrSource;
+pub use relief::Relief;
+pub use roughness::Roughness;
 
 /// How a surface scatters light, with its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +51,30 @@ pub enum Material {
         /// Its microfacets.
         roughness: Roughness,
     },
+    /// A pane.
+    ThinDielectric {
+        /// Index of refraction inside over outside.
+        eta: SpectralCurve,
+    },
+    /// Lambertian reflection and transmission.
+    DiffuseTransmission {
+        /// Share of light that is reflected.
+        reflectance: SpectrumSource,
+        /// Share of light that passes.
+        transmittance: SpectrumSource,
+        /// Factor on both.
+        scale: f32,
+    },
+    /// A base below a coat.
+    Coated(Box<CoatedSource>),
+    /// A fibre.
+    Hair(Box<HairSource>),
+    /// The layers of OpenPBR.
+    OpenPbr(Box<OpenPbrSource>),
+    /// No scattering of its own, but other materials.
+    Composition(Composition),
+    /// A boundary between media: light goes through.
+    Interface,
 }
 
 /// How the reflectance of a metal is given.
@@ -52,111 +91,144 @@ pub enum ConductorReflectance {
     Normal(SpectrumSource),
 }
 
-/// Microfacet slopes along the two tangents.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Roughness {
-    /// The same everywhere.
-    Constant([f32; 2]),
-    /// Varying over the surface.
-    Varying {
-        /// Along the first tangent.
-        u: FloatSource,
-        /// Along the second tangent.
-        v: FloatSource,
-        /// Whether α is the square root of the roughness.
-        remap: bool,
-    },
+/// What a material is asked about: a point, and the light of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Query<'a> {
+    /// The textures of the scene.
+    pub textures: &'a Textures,
+    /// The point.
+    pub at: &'a TexturePoint,
+    /// What the lanes stand for.
+    pub wavelengths: &'a Wavelengths,
+    /// Whether nearly smooth surfaces are made rougher, so that light can be found by them that no path finds
+    /// otherwise. Biased: see [`Roughness`].
+    pub regularize: bool,
 }
 
-impl Roughness {
-    fn new(roughness: &sahl_scene::Roughness, textures: &Textures) -> Self {
-        let (u, v) = (textures.float_source(&roughness.u), textures.float_source(&roughness.v));
-        match (u, v) {
-            (FloatSource::Constant(u), FloatSource::Constant(v)) => {
-                Self::Constant([slope(u, roughness.remap), slope(v, roughness.remap)])
-            }
-            _ => Self::Varying { u, v, remap: roughness.remap },
-        }
+impl Query<'_> {
+    #[inline]
+    fn float(&self, source: &FloatSource) -> f32 {
+        self.textures.float(source, self.at)
     }
 
     #[inline]
-    fn alpha(&self, textures: &Textures, at: &TexturePoint) -> [f32; 2] {
-        match self {
-            Self::Constant(alpha) => *alpha,
-            Self::Varying { u, v, remap } => {
-                [slope(textures.float(u, at), *remap), slope(textures.float(v, at), *remap)]
-            }
+    fn spectrum(&self, source: &SpectrumSource) -> Spectrum {
+        self.textures.spectrum(source, self.at, self.wavelengths)
+    }
+
+    /// An index of refraction: one for the whole path, since there is no dispersion in RGB mode.
+    #[inline]
+    fn index(&self, eta: &SpectralCurve) -> f32 {
+        match self.wavelengths {
+            Wavelengths::Rgb => eta.at(self.wavelengths).average(),
         }
     }
 }
 
-/// α of a roughness: its square root under pbrt-v4's remapping, else itself.
-#[inline]
-fn slope(roughness: f32, remap: bool) -> f32 {
-    if remap { safe_sqrt(roughness) } else { roughness }
-}
-
-impl Material {
-    /// The material of a scene; `span` is what messages point at.
-    pub fn new(
-        material: &sahl_scene::Material,
+impl ConductorReflectance {
+    fn new(
+        reflectance: &sahl_scene::ConductorReflectance,
         textures: &Textures,
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Self {
-        match material {
-            sahl_scene::Material::Diffuse { reflectance } => Self::Diffuse {
-                reflectance: textures.spectrum_source(reflectance, ColorRole::Albedo, span, diagnostics),
-            },
-            sahl_scene::Material::Conductor { reflectance, roughness } => Self::Conductor {
-                reflectance: match reflectance {
-                    sahl_scene::ConductorReflectance::Index { eta, k } => ConductorReflectance::Index {
-                        eta: textures.spectrum_source(eta, ColorRole::Unbounded, span, diagnostics),
-                        k: textures.spectrum_source(k, ColorRole::Unbounded, span, diagnostics),
-                    },
-                    sahl_scene::ConductorReflectance::Normal(color) => ConductorReflectance::Normal(
-                        textures.spectrum_source(color, ColorRole::Albedo, span, diagnostics),
-                    ),
-                },
-                roughness: Roughness::new(roughness, textures),
-            },
-            sahl_scene::Material::Dielectric { eta, roughness } => Self::Dielectric {
-                eta: SpectralCurve::new(eta, ColorRole::Unbounded, span, diagnostics),
-                roughness: Roughness::new(roughness, textures),
-            },
-            // Nothing asks: the borders of media are crossed, not hit.
-            sahl_scene::Material::Interface => {
-                Self::Diffuse { reflectance: SpectrumSource::Constant(SpectralCurve::constant(0.0)) }
+        let mut source = |param, role| textures.spectrum_source(param, role, span, diagnostics);
+        match reflectance {
+            sahl_scene::ConductorReflectance::Index { eta, k } => {
+                Self::Index { eta: source(eta, ColorRole::Unbounded), k: source(k, ColorRole::Unbounded) }
             }
+            sahl_scene::ConductorReflectance::Normal(color) => Self::Normal(source(color, ColorRole::Albedo)),
         }
     }
 
-    /// How the surface scatters light at a point.
+    /// η and k relative to empty space.
     #[inline]
-    pub fn bsdf(&self, textures: &Textures, at: &TexturePoint, wavelengths: &Wavelengths) -> Bsdf {
+    fn index(&self, query: &Query<'_>) -> (Spectrum, Spectrum) {
         match self {
-            Self::Diffuse { reflectance } => {
-                Diffuse::new(textures.spectrum(reflectance, at, wavelengths)).into()
+            Self::Index { eta, k } => (query.spectrum(eta), query.spectrum(k)),
+            Self::Normal(color) => (Spectrum::ONE, fresnel::absorption_of_reflectance(query.spectrum(color))),
+        }
+    }
+}
+
+impl Material {
+    /// The material of `scene`; `span` is what messages point at.
+    pub fn new(
+        material: &sahl_scene::Material,
+        scene: &SceneDesc,
+        textures: &Textures,
+        span: Option<Span>,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        use sahl_scene::Material as Description;
+        match material {
+            Description::Diffuse { reflectance } => Self::Diffuse {
+                reflectance: textures.spectrum_source(reflectance, ColorRole::Albedo, span, diagnostics),
+            },
+            Description::Conductor { reflectance, roughness } => Self::Conductor {
+                reflectance: ConductorReflectance::new(reflectance, textures, span, diagnostics),
+                roughness: Roughness::new(roughness, textures),
+            },
+            Description::Dielectric { eta, roughness } => Self::Dielectric {
+                eta: SpectralCurve::new(eta, ColorRole::Unbounded, span, diagnostics),
+                roughness: Roughness::new(roughness, textures),
+            },
+            Description::ThinDielectric { eta } => {
+                Self::ThinDielectric { eta: SpectralCurve::new(eta, ColorRole::Unbounded, span, diagnostics) }
             }
+            Description::DiffuseTransmission { reflectance, transmittance, scale } => {
+                let mut albedo =
+                    |param| textures.spectrum_source(param, ColorRole::Albedo, span, diagnostics);
+                Self::DiffuseTransmission {
+                    reflectance: albedo(reflectance),
+                    transmittance: albedo(transmittance),
+                    scale: *scale,
+                }
+            }
+            Description::CoatedDiffuse { coat, .. } | Description::CoatedConductor { coat, .. } => {
+                let base = CoatedBase::new(material, textures, span, diagnostics);
+                Self::Coated(Box::new(CoatedSource::new(base, coat, textures, span, diagnostics)))
+            }
+            Description::Hair(hair) => {
+                Self::Hair(Box::new(HairSource::new(hair, textures, span, diagnostics)))
+            }
+            Description::OpenPbr(surface) => {
+                Self::OpenPbr(Box::new(OpenPbrSource::new(surface, textures, span, diagnostics)))
+            }
+            Description::Mix { materials, amount } => {
+                Self::Composition(Composition::mix(*materials, textures.float_source(amount)))
+            }
+            Description::Relief { material, relief } => Self::Composition(Composition::Relief {
+                material: material.index() as u32,
+                relief: Relief::new(relief, scene, textures),
+            }),
+            Description::Interface => Self::Interface,
+        }
+    }
+
+    /// How the surface scatters light at a point; `room` is where a BSDF with many parameters is kept.
+    ///
+    /// An interface, and a composition that was not taken apart, let light pass.
+    #[inline]
+    pub fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+        match self {
+            Self::Diffuse { reflectance } => Diffuse::new(query.spectrum(reflectance)).into(),
             Self::Conductor { reflectance, roughness } => {
-                let (eta, k) = match reflectance {
-                    ConductorReflectance::Index { eta, k } => {
-                        (textures.spectrum(eta, at, wavelengths), textures.spectrum(k, at, wavelengths))
-                    }
-                    ConductorReflectance::Normal(color) => {
-                        let color = textures.spectrum(color, at, wavelengths);
-                        (Spectrum::ONE, fresnel::absorption_of_reflectance(color))
-                    }
-                };
-                Conductor::new(eta, k, roughness.alpha(textures, at)).into()
+                let (eta, k) = reflectance.index(query);
+                Conductor::new(eta, k, roughness.alpha(query)).into()
             }
             Self::Dielectric { eta, roughness } => {
-                // One index for the whole path: there is no dispersion in RGB mode.
-                let eta = match wavelengths {
-                    Wavelengths::Rgb => eta.at(wavelengths).average(),
-                };
-                Dielectric::new(eta, roughness.alpha(textures, at)).into()
+                Dielectric::new(query.index(eta), roughness.alpha(query)).into()
             }
+            Self::ThinDielectric { eta } => ThinDielectric::new(query.index(eta)).into(),
+            Self::DiffuseTransmission { reflectance, transmittance, scale } => {
+                let (r, t) = (query.spectrum(reflectance), query.spectrum(transmittance));
+                DiffuseTransmission::new(r * *scale, t * *scale).into()
+            }
+            Self::Coated(source) => source.bsdf(query, room),
+            Self::Hair(source) => source.bsdf(query, room),
+            Self::OpenPbr(source) => source.bsdf(query, room),
+            Self::Composition(_) | Self::Interface => Dielectric::new(1.0, [0.0; 2]).into(),
         }
     }
 }

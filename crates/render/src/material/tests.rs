@@ -14,12 +14,17 @@ fn roughness(u: f32, v: f32, remap: bool) -> sahl_scene::Roughness {
     sahl_scene::Roughness { u: FloatParam::Constant(u), v: FloatParam::Constant(v), remap }
 }
 
-fn bsdf(material: &sahl_scene::Material) -> Bsdf {
+fn bsdf(material: &sahl_scene::Material) -> Bsdf<'static> {
     let textures = Textures::default();
     let mut diagnostics = Diagnostics::default();
-    let material = Material::new(material, &textures, None, &mut diagnostics);
+    let material = Material::new(material, &SceneDesc::default(), &textures, None, &mut diagnostics);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    material.bsdf(&textures, &TexturePoint::default(), &Wavelengths::Rgb)
+    at_point(&material, &textures, &TexturePoint::default(), false)
+}
+
+fn at_point(material: &Material, textures: &Textures, at: &TexturePoint, regularize: bool) -> Bsdf<'static> {
+    let query = Query { textures, at, wavelengths: &Wavelengths::Rgb, regularize };
+    material.bsdf(&query, Box::leak(Box::default()))
 }
 
 #[test]
@@ -89,18 +94,86 @@ fn parameters_vary_over_the_surface() {
             remap: true,
         },
     };
-    let material = Material::new(&material, &textures, None, &mut diagnostics);
+    let material = Material::new(&material, &scene, &textures, None, &mut diagnostics);
     let diffuse = Material::new(
         &sahl_scene::Material::Diffuse { reflectance: SpectrumParam::Texture(checker) },
+        &scene,
         &textures,
         None,
         &mut diagnostics,
     );
     assert!(diagnostics.is_empty());
     for (u, alpha, albedo) in [(0.5, 0.2, 0.04), (1.5, 0.6, 0.36)] {
-        let at = TexturePoint { uv: sahl_math::Vec2::new(u, 0.5), ..Default::default() };
-        let wavelengths = Wavelengths::Rgb;
-        assert_eq!(material.bsdf(&textures, &at, &wavelengths), Dielectric::new(1.5, [alpha, 0.1]).into());
-        assert_eq!(diffuse.bsdf(&textures, &at, &wavelengths), Diffuse::new(Spectrum::splat(albedo)).into());
+        let at = TexturePoint { uv: sahl_math::Vec2::new(u, 0.5), ..TexturePoint::default() };
+        let dielectric = at_point(&material, &textures, &at, false);
+        assert_eq!(dielectric, Dielectric::new(1.5, [alpha, 0.1]).into());
+        let diffuse = at_point(&diffuse, &textures, &at, false);
+        assert_eq!(diffuse, Diffuse::new(Spectrum::splat(albedo)).into());
     }
+}
+
+#[test]
+fn regularisation_roughens_what_is_nearly_smooth() {
+    let mut diagnostics = Diagnostics::default();
+    let textures = Textures::default();
+    for (given, seen) in [(0.0, 0.1), (0.08, 0.16), (0.2, 0.3), (0.31, 0.31)] {
+        let glass = sahl_scene::Material::Dielectric {
+            eta: Color::Constant(1.5),
+            roughness: roughness(given, given, false),
+        };
+        let glass = Material::new(&glass, &SceneDesc::default(), &textures, None, &mut diagnostics);
+        let found = at_point(&glass, &textures, &TexturePoint::default(), true);
+        assert_eq!(found, Dielectric::new(1.5, [seen; 2]).into(), "{given}");
+    }
+}
+
+#[test]
+fn a_metal_below_a_coat_has_an_index_relative_to_it() {
+    let coat = sahl_scene::Coat { eta: Color::Constant(1.25), ..sahl_scene::Coat::default() };
+    let metal = bsdf(&sahl_scene::Material::CoatedConductor {
+        reflectance: sahl_scene::ConductorReflectance::Index { eta: constant(0.5), k: constant(2.5) },
+        roughness: sahl_scene::Roughness::SMOOTH,
+        coat,
+    });
+    let sample = metal.sample(Vec3::Z, 0.5, sahl_math::Vec2::splat(0.5)).unwrap();
+    assert!(metal.is_specular() && sample.kind.is_specular());
+    let inside = fresnel::conductor(1.0, Spectrum::splat(0.4), Spectrum::splat(2.0)).max_component();
+    // Twice through the matter, whose depth is 0.01.
+    let expected = inside * (-0.02_f32).exp();
+    assert!((sample.weight.max_component() - expected).abs() < 1e-5, "{sample:?} {expected}");
+}
+
+#[test]
+fn a_mix_is_its_parts_in_their_proportion() {
+    let mut scene = SceneDesc::default();
+    let part = |scene: &mut SceneDesc, value| {
+        scene
+            .materials
+            .push(sahl_scene::Material::Diffuse { reflectance: constant(value) }, Origin::default())
+    };
+    let [a, b, c] = [0.1, 0.2, 0.3].map(|value| part(&mut scene, value));
+    let mix =
+        |materials, amount| sahl_scene::Material::Mix { materials, amount: FloatParam::Constant(amount) };
+    let inner = scene.materials.push(mix([b, c], 0.5), Origin::default());
+    let outer = scene.materials.push(mix([a, inner], 0.6), Origin::default());
+    let textures = Textures::default();
+    let mut diagnostics = Diagnostics::default();
+    let materials: Vec<Material> = scene
+        .materials
+        .values()
+        .iter()
+        .map(|material| Material::new(material, &scene, &textures, None, &mut diagnostics))
+        .collect();
+    let mut counts = [0; 3];
+    for i in 0..30_000 {
+        let p = Vec3::new(i as f32 * 1e-3, 0.5, -3.0);
+        let at = TexturePoint { p, ..TexturePoint::default() };
+        let query = Query { textures: &textures, at: &at, wavelengths: &Wavelengths::Rgb, regularize: false };
+        counts[Composition::resolve(&materials, outer.index() as u32, &query, |_| {}) as usize] += 1;
+    }
+    assert_eq!((a.index(), b.index(), c.index()), (0, 1, 2));
+    for (count, share) in counts.into_iter().zip([0.4, 0.3, 0.3]) {
+        assert!((f64::from(count) / 30_000.0 - share).abs() < 0.012, "{counts:?}");
+    }
+    assert!(traits(&scene, outer).is_composed && !traits(&scene, a).is_composed);
 }

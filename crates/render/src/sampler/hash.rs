@@ -1,7 +1,7 @@
 //! Hashes: mixers of integers, and permutations of binary fractions that keep their strata.
 
 /// The odd integer nearest 2⁶⁴ over the golden ratio: the step between the keys of consecutive dimensions.
-pub(super) const GOLDEN_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
+pub(crate) const GOLDEN_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A bijection of 64 bits in which each input bit changes half of the output bits.
 ///
@@ -64,7 +64,7 @@ fn spread(x: u32) -> u64 {
 ///
 /// All 24 fit the mantissa, so that nothing rounds up to one.
 #[inline]
-pub(super) fn to_unit(bits: u32) -> f32 {
+pub(crate) fn to_unit(bits: u32) -> f32 {
     (bits >> 8) as i32 as f32 * (1.0 / 16_777_216.0)
 }
 

@@ -9,7 +9,7 @@
 //!
 //! In a scene file: `Sampler "zsobol" "integer pixelsamples" 64 "integer seed" 3`.
 
-mod hash;
+pub(crate) mod hash;
 mod independent;
 mod sobol;
 mod stream;

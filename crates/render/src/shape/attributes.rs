@@ -17,6 +17,8 @@ pub(crate) struct Attributes {
     pub(crate) material: u32,
     /// Whether the material asks for tangents along ∂p/∂u.
     pub(crate) needs_tangent: bool,
+    /// Whether the material is made of others.
+    pub(crate) is_composed: bool,
     /// Unit shading normals of a mesh's vertices, in the space of its positions and on the front.
     pub(crate) normals: Option<Arc<[Vec3]>>,
     /// Texture coordinates of a mesh's vertices.
@@ -50,7 +52,7 @@ impl Border {
 
 /// The place of a hit on a mesh: vertices and their weights.
 #[derive(Clone, Copy)]
-enum Corners {
+pub(super) enum Corners {
     Triangle([u32; 3], [f32; 3]),
     Patch([u32; 4], [f32; 4]),
 }
@@ -176,7 +178,7 @@ impl Attributes {
 }
 
 #[inline]
-fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
+pub(super) fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
     let (u, v) = (hit.u, hit.v);
     match geometry {
         Geometry::Triangles(mesh) => {
@@ -191,7 +193,7 @@ fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
 }
 
 #[inline]
-fn blend<const N: usize>(values: &[Vec3], indices: [u32; N], weights: [f32; N]) -> Vec3 {
+pub(super) fn blend<const N: usize>(values: &[Vec3], indices: [u32; N], weights: [f32; N]) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (index, weight) in indices.into_iter().zip(weights) {
         sum += values[index as usize] * weight;
@@ -200,7 +202,7 @@ fn blend<const N: usize>(values: &[Vec3], indices: [u32; N], weights: [f32; N]) 
 }
 
 #[inline]
-fn blend_uv<const N: usize>(values: &[Vec2], indices: [u32; N], weights: [f32; N]) -> Vec2 {
+pub(super) fn blend_uv<const N: usize>(values: &[Vec2], indices: [u32; N], weights: [f32; N]) -> Vec2 {
     let mut sum = Vec2::ZERO;
     for (index, weight) in indices.into_iter().zip(weights) {
         sum += values[index as usize] * weight;

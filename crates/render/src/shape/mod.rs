@@ -8,6 +8,7 @@
 //! Deliberately absent: ray intersection, and sampling of shapes for anything but direct light.
 
 mod attributes;
+mod derivatives;
 mod emitter;
 mod patch;
 mod quadric;
@@ -16,6 +17,7 @@ mod sphere;
 mod triangle;
 
 pub(crate) use attributes::{Attributes, Border};
+pub(crate) use derivatives::Derivatives;
 pub(crate) use emitter::{Emitter, EmitterPoint};
 pub(crate) use patch::PatchEmitter;
 pub(crate) use quadric::{QuadricEmitter, QuadricShape, clamp_heights, clamp_sweep, uniform_scale};

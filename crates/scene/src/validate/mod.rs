@@ -5,14 +5,14 @@
 //! entity, if there is one.
 
 mod light;
+mod material;
 mod medium;
 mod mesh;
 mod texture;
 
 use crate::{
-    Arena, Camera, ConductorReflectance, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle,
-    Integrator, Material, Medium, Object, Origin, Projection, Roughness, SceneDesc, Shape, Spectrum,
-    SpectrumParam,
+    Arena, Camera, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle, Integrator, Material,
+    Medium, Object, Origin, Projection, SceneDesc, Shape, Spectrum, SpectrumParam,
 };
 
 impl SceneDesc {
@@ -213,45 +213,6 @@ impl Check<'_> {
             FloatParam::Texture(handle) => {
                 self.handle("texture", handle, &self.scene.textures, owner, origin);
             }
-        }
-    }
-
-    fn materials(&mut self) {
-        for (handle, material) in self.scene.materials.iter() {
-            let origin = self.scene.materials.origin(handle);
-            let owner = called("material", origin);
-            match material {
-                Material::Diffuse { reflectance } => {
-                    self.spectrum_param(&owner, "the reflectance", reflectance, origin);
-                }
-                Material::Conductor { reflectance, roughness } => {
-                    match reflectance {
-                        ConductorReflectance::Index { eta, k } => {
-                            self.spectrum_param(&owner, "`eta`", eta, origin);
-                            self.spectrum_param(&owner, "`k`", k, origin);
-                        }
-                        ConductorReflectance::Normal(reflectance) => {
-                            self.spectrum_param(&owner, "the reflectance", reflectance, origin);
-                        }
-                    }
-                    self.roughness(&owner, roughness, origin);
-                }
-                Material::Dielectric { eta, roughness } => {
-                    self.spectrum(&format!("`eta` of {owner}"), eta, origin);
-                    if let Spectrum::Constant(eta) = *eta {
-                        self.number(|| format!("`eta` of {owner}"), eta, Range::Positive, origin);
-                    }
-                    self.roughness(&owner, roughness, origin);
-                }
-                Material::Interface => {}
-            }
-        }
-    }
-
-    fn roughness(&mut self, owner: &str, roughness: &Roughness, origin: &Origin) {
-        self.float_param(owner, "the roughness", roughness.u, Range::NotNegative, origin);
-        if roughness.v != roughness.u {
-            self.float_param(owner, "the roughness", roughness.v, Range::NotNegative, origin);
         }
     }
 

@@ -347,3 +347,33 @@ fn messages_point_at_the_text() {
       |         ^^^
     "#);
 }
+
+#[test]
+fn materials_are_not_made_of_themselves() {
+    let mut scene = SceneDesc::default();
+    let mix = |a: u32, b: u32| Material::Mix {
+        materials: [Handle::new(a), Handle::new(b)],
+        amount: FloatParam::Constant(0.5),
+    };
+    // 0 and 1 contain each other; 2 contains a material twice, which is no circle; 4 leads nowhere.
+    for material in [mix(1, 3), mix(0, 3), mix(3, 3), Material::default(), mix(3, 99)] {
+        scene.materials.push(material, Origin::default());
+    }
+    assert_eq!(scene.cyclic_materials(), [Handle::new(1)]);
+    let codes: Vec<_> = scene.validate().iter().map(|diagnostic| diagnostic.code).collect();
+    assert!(codes.contains(&"cyclic-material") && codes.contains(&"dangling-handle"), "{codes:?}");
+}
+
+#[test]
+fn materials_nest_so_deep_and_no_deeper() {
+    let mut scene = SceneDesc::default();
+    scene.materials.push(Material::default(), Origin::default());
+    for i in 0..300 {
+        let materials = [Handle::new(i), Handle::new(0)];
+        scene
+            .materials
+            .push(Material::Mix { materials, amount: FloatParam::Constant(0.5) }, Origin::default());
+    }
+    let codes: Vec<_> = scene.validate().iter().map(|diagnostic| diagnostic.code).collect();
+    assert!(codes.contains(&"material-too-deep"), "{codes:?}");
+}

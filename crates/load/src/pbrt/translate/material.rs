@@ -1,10 +1,15 @@
 //! Materials.
 
-use sahl_scene::{ConductorReflectance, FloatParam, Material, Roughness, Spectrum, SpectrumParam};
+use sahl_image::Encoding;
+use sahl_scene::{
+    Coat, ConductorReflectance, FloatParam, Hair, HairColor, Material, Relief, Roughness, Spectrum,
+    SpectrumParam,
+};
 
 use super::super::context::Context;
 use super::super::reader::Reader;
 use super::super::statement::Name;
+use super::image::image;
 use super::lookup;
 use super::spectrum::{
     Role, float_or_spectrum, float_param, optional_float_param, optional_spectrum_param, spectrum_param,
@@ -15,8 +20,10 @@ use super::spectrum::{
 pub(in super::super) enum MaterialKind {
     /// A surface.
     Surface(Material),
-    /// Another material, by name.
-    Alias(Name),
+    /// A surface with shading normals of its own.
+    Shaped(Material, Relief),
+    /// Two others by name, and the probability of the second.
+    Mix([Name; 2], FloatParam),
     /// No surface, but a boundary between media.
     Interface,
 }
@@ -42,11 +49,22 @@ const MATERIALS: &[(&str, Read)] = &[
 ];
 
 /// The material called `name`; `None`, reported, if there is no such.
-pub(in super::super) fn material(cx: &Context<'_>, name: &str, p: &Reader<'_>) -> Option<MaterialKind> {
-    let material = lookup(MATERIALS, name, p)?(cx, p);
-    p.unsupported(&["displacement"], "the surface stays smooth");
-    p.unsupported(&["normalmap"], "the surface keeps its normals");
-    Some(material)
+pub(in super::super) fn material(cx: &mut Context<'_>, name: &str, p: &Reader<'_>) -> Option<MaterialKind> {
+    Some(match lookup(MATERIALS, name, p)?(cx, p) {
+        MaterialKind::Surface(material) => match relief(cx, p) {
+            Some(relief) => MaterialKind::Shaped(material, relief),
+            None => MaterialKind::Surface(material),
+        },
+        other => other,
+    })
+}
+
+/// The shading normals that a material gives to surfaces; a map of normals goes before bumps, as in pbrt-v4.
+fn relief(cx: &mut Context<'_>, p: &Reader<'_>) -> Option<Relief> {
+    let bump = optional_float_param(cx, p, "displacement");
+    let Some(name) = p.string("normalmap") else { return bump.map(Relief::Bump) };
+    p.unsupported(&["displacement"], "the normal map is used alone, as in pbrt-v4");
+    image(cx, name, Some(Encoding::Linear)).map(Relief::Normals)
 }
 
 fn grey(value: f32) -> SpectrumParam {
@@ -75,6 +93,11 @@ fn conductor(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
 }
 
 fn conductor_named(cx: &Context<'_>, p: &Reader<'_>, names: &ConductorNames) -> MaterialKind {
+    let (reflectance, roughness) = metal(cx, p, names);
+    MaterialKind::Surface(Material::Conductor { reflectance, roughness })
+}
+
+fn metal(cx: &Context<'_>, p: &Reader<'_>, names: &ConductorNames) -> (ConductorReflectance, Roughness) {
     let normal = optional_spectrum_param(cx, p, "reflectance", Role::Albedo);
     if normal.is_some() && (p.has(names.eta) || p.has(names.k)) {
         let message = format!("{} has both `reflectance` and `{}` or `{}`", p.what(), names.eta, names.k);
@@ -88,7 +111,7 @@ fn conductor_named(cx: &Context<'_>, p: &Reader<'_>, names: &ConductorNames) -> 
             k: spectrum_param(cx, p, names.k, Role::Unbounded, named("metal-Cu-k")),
         },
     };
-    MaterialKind::Surface(Material::Conductor { reflectance, roughness: roughness(cx, p, names.roughness) })
+    (reflectance, roughness(cx, p, names.roughness))
 }
 
 /// The roughness from the parameters for both directions, the first, and the second.
@@ -117,51 +140,100 @@ fn dielectric(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
     MaterialKind::Surface(Material::Dielectric { eta, roughness })
 }
 
-/// The parameters of a coat, which do not matter where there is none.
-const COAT: &[&str] = &["thickness", "g", "albedo", "maxdepth", "nsamples"];
+/// Walks that an evaluation of a coat may take.
+const MOST_WALKS: i32 = 1024;
+
+/// A coat, with the names of its roughness and of its index.
+fn coat(cx: &Context<'_>, p: &Reader<'_>, names: [&'static str; 3], eta: &'static str) -> Coat {
+    let default = Coat::default();
+    let g = float_param(cx, p, "g", default.g);
+    if let FloatParam::Constant(g) = g
+        && g.abs() >= 1.0
+    {
+        p.invalid("g", &format!("must be between -1 and 1, found {g}"));
+    }
+    Coat {
+        roughness: roughness(cx, p, names),
+        eta: float_or_spectrum(cx, p, eta, 1.5),
+        thickness: match float_param(cx, p, "thickness", default.thickness) {
+            FloatParam::Constant(thickness) if thickness < 0.0 => {
+                p.invalid("thickness", &format!("must be at least zero, found {thickness}"));
+                default.thickness
+            }
+            thickness => thickness,
+        },
+        g,
+        albedo: spectrum_param(cx, p, "albedo", Role::Albedo, default.albedo),
+        max_depth: p.count("maxdepth", default.max_depth),
+        samples: p.integer("nsamples", 1, 1, MOST_WALKS).unsigned_abs(),
+    }
+}
 
 fn coated_diffuse(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(COAT);
-    p.without_effect(&["roughness", "uroughness", "vroughness", "remaproughness", "eta"]);
-    p.unsupported_plugin("unsupported-material", "`diffuse` is used, without the coat");
-    reflectance(cx, p, 0.5)
+    let reflectance = spectrum_param(cx, p, "reflectance", Role::Albedo, grey(0.5));
+    let coat = coat(cx, p, ["roughness", "uroughness", "vroughness"], "eta");
+    MaterialKind::Surface(Material::CoatedDiffuse { reflectance, coat })
 }
 
 fn coated_conductor(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(COAT);
-    p.without_effect(&[
-        "interface.roughness",
-        "interface.uroughness",
-        "interface.vroughness",
-        "interface.eta",
-    ]);
-    p.unsupported_plugin("unsupported-material", "`conductor` is used, without the coat");
     let names = ConductorNames {
         eta: "conductor.eta",
         k: "conductor.k",
         roughness: ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
     };
-    conductor_named(cx, p, &names)
+    let (reflectance, roughness) = metal(cx, p, &names);
+    let interface = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
+    let coat = coat(cx, p, interface, "interface.eta");
+    MaterialKind::Surface(Material::CoatedConductor { reflectance, roughness, coat })
 }
 
 fn thin_dielectric(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.unsupported_plugin("unsupported-material", "a smooth `dielectric` is used, which refracts");
-    let eta = float_or_spectrum(cx, p, "eta", 1.5);
-    MaterialKind::Surface(Material::Dielectric { eta, roughness: Roughness::SMOOTH })
+    MaterialKind::Surface(Material::ThinDielectric { eta: float_or_spectrum(cx, p, "eta", 1.5) })
 }
 
 fn diffuse_transmission(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(&["transmittance", "scale"]);
-    p.unsupported_plugin("unsupported-material", "`diffuse` is used, which lets no light through");
-    reflectance(cx, p, 0.25)
+    MaterialKind::Surface(Material::DiffuseTransmission {
+        reflectance: spectrum_param(cx, p, "reflectance", Role::Albedo, grey(0.25)),
+        transmittance: spectrum_param(cx, p, "transmittance", Role::Albedo, grey(0.25)),
+        scale: p.non_negative("scale", 1.0),
+    })
 }
 
 fn hair(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(&["sigma_a", "eumelanin", "pheomelanin", "eta", "beta_m", "beta_n", "alpha"]);
-    p.unsupported_plugin("unsupported-material", "`diffuse` is used");
-    let color = optional_spectrum_param(cx, p, "color", Role::Albedo);
-    let reflectance = spectrum_param(cx, p, "reflectance", Role::Albedo, color.unwrap_or(grey(0.2)));
-    MaterialKind::Surface(Material::Diffuse { reflectance })
+    let default = Hair::default();
+    // What gives the colour, the strongest first, as in pbrt-v4.
+    let sigma_a = optional_spectrum_param(cx, p, "sigma_a", Role::Unbounded).map(HairColor::Absorption);
+    let reflectance = optional_spectrum_param(cx, p, "reflectance", Role::Albedo);
+    let color = reflectance.or_else(|| optional_spectrum_param(cx, p, "color", Role::Albedo));
+    let amount = |name| optional_float_param(cx, p, name);
+    let melanin = match (amount("eumelanin"), amount("pheomelanin")) {
+        (None, None) => None,
+        (eumelanin, pheomelanin) => Some(HairColor::Melanin {
+            eumelanin: eumelanin.unwrap_or(FloatParam::Constant(0.0)),
+            pheomelanin: pheomelanin.unwrap_or(FloatParam::Constant(0.0)),
+        }),
+    };
+    let (weaker, stronger): (&[&'static str], _) = match (&sigma_a, &color) {
+        (Some(_), _) => (&["reflectance", "color", "eumelanin", "pheomelanin"], "`sigma_a`"),
+        (None, Some(_)) => (&["eumelanin", "pheomelanin"], "the colour"),
+        (None, None) => (&[], ""),
+    };
+    p.unsupported(weaker, &format!("{stronger} of the same hair is used"));
+    let color = sigma_a.or(color.map(HairColor::Reflectance)).or(melanin).unwrap_or(default.color);
+    let alpha = match float_param(cx, p, "alpha", FloatParam::Constant(2.0)) {
+        FloatParam::Constant(degrees) => FloatParam::Constant(degrees.to_radians()),
+        FloatParam::Texture(_) => {
+            p.unsupported(&["alpha"], "the tilt of scales is the same everywhere, 2 degrees");
+            default.alpha
+        }
+    };
+    MaterialKind::Surface(Material::Hair(Hair {
+        color,
+        eta: float_param(cx, p, "eta", default.eta),
+        beta_m: float_param(cx, p, "beta_m", default.beta_m),
+        beta_n: float_param(cx, p, "beta_n", default.beta_n),
+        alpha,
+    }))
 }
 
 fn subsurface(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
@@ -177,23 +249,19 @@ fn measured(_: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
     MaterialKind::Surface(Material::Diffuse { reflectance: grey(0.5) })
 }
 
-/// The material with the larger share; the first if a texture decides.
 fn mix(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
     let amount = float_param(cx, p, "amount", FloatParam::Constant(0.5));
-    let second = matches!(amount, FloatParam::Constant(amount) if amount > 0.5);
     let Some(names) = p.strings("materials") else {
         if !p.has("materials") {
             p.report().error("missing-parameter", p.span(), "material `mix` needs two `string materials`");
         }
         return MaterialKind::Surface(Material::default());
     };
-    let [first, last] = names else {
+    let [first, second] = names else {
         p.invalid("materials", &format!("needs two names, found {}", names.len()));
         return MaterialKind::Surface(Material::default());
     };
-    let chosen = if second { last } else { first };
-    p.unsupported_plugin("unsupported-material", &format!("its material `{}` is used", chosen.text));
-    MaterialKind::Alias(chosen.clone())
+    MaterialKind::Mix([first.clone(), second.clone()], amount)
 }
 
 fn interface(_: &Context<'_>, _: &Reader<'_>) -> MaterialKind {

@@ -1,0 +1,104 @@
+//! OpenPBR surfaces.
+
+use sahl_scene::{Diagnostics, Span};
+
+use super::Query;
+use super::roughness::regularized;
+use crate::bsdf::room::Large;
+use crate::bsdf::{Bsdf, BsdfRoom, OpenPbr, OpenPbrParameters};
+use crate::spectrum::ColorRole;
+use crate::texture::{FloatSource, SpectrumSource, Textures};
+
+/// The parameters of an OpenPBR surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenPbrSource {
+    base_weight: FloatSource,
+    base_color: SpectrumSource,
+    base_diffuse_roughness: FloatSource,
+    base_metalness: FloatSource,
+    specular_weight: FloatSource,
+    specular_color: SpectrumSource,
+    specular_roughness: FloatSource,
+    specular_roughness_anisotropy: FloatSource,
+    specular_ior: FloatSource,
+    transmission_weight: FloatSource,
+    transmission_color: SpectrumSource,
+    subsurface_weight: FloatSource,
+    subsurface_color: SpectrumSource,
+    coat_weight: FloatSource,
+    coat_color: SpectrumSource,
+    coat_roughness: FloatSource,
+    coat_ior: FloatSource,
+    fuzz_weight: FloatSource,
+    fuzz_color: SpectrumSource,
+    fuzz_roughness: FloatSource,
+    thin_walled: bool,
+}
+
+impl OpenPbrSource {
+    pub(super) fn new(
+        surface: &sahl_scene::OpenPbr,
+        textures: &Textures,
+        span: Option<Span>,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        let number = |param| textures.float_source(param);
+        let mut color = |param| textures.spectrum_source(param, ColorRole::Albedo, span, diagnostics);
+        Self {
+            base_weight: number(&surface.base_weight),
+            base_color: color(&surface.base_color),
+            base_diffuse_roughness: number(&surface.base_diffuse_roughness),
+            base_metalness: number(&surface.base_metalness),
+            specular_weight: number(&surface.specular_weight),
+            specular_color: color(&surface.specular_color),
+            specular_roughness: number(&surface.specular_roughness),
+            specular_roughness_anisotropy: number(&surface.specular_roughness_anisotropy),
+            specular_ior: number(&surface.specular_ior),
+            transmission_weight: number(&surface.transmission_weight),
+            transmission_color: color(&surface.transmission_color),
+            subsurface_weight: number(&surface.subsurface_weight),
+            subsurface_color: color(&surface.subsurface_color),
+            coat_weight: number(&surface.coat_weight),
+            coat_color: color(&surface.coat_color),
+            coat_roughness: number(&surface.coat_roughness),
+            coat_ior: number(&surface.coat_ior),
+            fuzz_weight: number(&surface.fuzz_weight),
+            fuzz_color: color(&surface.fuzz_color),
+            fuzz_roughness: number(&surface.fuzz_roughness),
+            thin_walled: surface.geometry_thin_walled,
+        }
+    }
+
+    #[inline(never)]
+    pub(super) fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+        let number = |source| query.float(source);
+        let color = |source| query.spectrum(source);
+        let roughness = |source| {
+            let alpha = query.float(source) * query.float(source);
+            if query.regularize { regularized(alpha).sqrt() } else { query.float(source) }
+        };
+        room.keep(Large::OpenPbr(OpenPbr::new(&OpenPbrParameters {
+            base_weight: number(&self.base_weight),
+            base_color: color(&self.base_color),
+            base_diffuse_roughness: number(&self.base_diffuse_roughness),
+            base_metalness: number(&self.base_metalness),
+            specular_weight: number(&self.specular_weight),
+            specular_color: color(&self.specular_color),
+            specular_roughness: roughness(&self.specular_roughness),
+            specular_anisotropy: number(&self.specular_roughness_anisotropy),
+            specular_ior: number(&self.specular_ior),
+            transmission_weight: number(&self.transmission_weight),
+            transmission_color: color(&self.transmission_color),
+            subsurface_weight: number(&self.subsurface_weight),
+            subsurface_color: color(&self.subsurface_color),
+            coat_weight: number(&self.coat_weight),
+            coat_color: color(&self.coat_color),
+            coat_roughness: roughness(&self.coat_roughness),
+            coat_ior: number(&self.coat_ior),
+            fuzz_weight: number(&self.fuzz_weight),
+            fuzz_color: color(&self.fuzz_color),
+            fuzz_roughness: number(&self.fuzz_roughness),
+            thin_walled: self.thin_walled,
+        })))
+    }
+}
