@@ -1,6 +1,15 @@
 //! A point of a surface, as integrators see it.
 
+use sahl_accel::Hit;
 use sahl_math::{Frame, Ray, Vec2, Vec3};
+
+/// A primitive of the accelerator, by its indices there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) geometry: u32,
+    pub(crate) primitive: u32,
+    pub(crate) instance: u32,
+}
 
 /// Where a ray met a surface, and what the surface is like there; in world space.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +26,8 @@ pub(crate) struct Interaction {
     pub(crate) uv: Vec2,
     /// Parameters of the hit on its primitive, as the accelerator gives them.
     pub(crate) parameters: Vec2,
+    /// What the point is part of.
+    pub(crate) place: Place,
     /// Index of the material.
     pub(crate) material: u32,
     /// Index of the light that the surface is, or [`Interaction::NO_LIGHT`].
@@ -26,6 +37,12 @@ pub(crate) struct Interaction {
 impl Interaction {
     /// What [`Interaction::light`] says of a surface that does not emit.
     pub(crate) const NO_LIGHT: u32 = u32::MAX;
+
+    /// What the accelerator said of it, but for the parameter of the ray, which is zero.
+    pub(crate) fn hit(&self) -> Hit {
+        let Place { geometry, primitive, instance } = self.place;
+        Hit { t: 0.0, u: self.parameters.x, v: self.parameters.y, geometry, primitive, instance }
+    }
 
     /// The ray that leaves along `direction`.
     #[inline]
@@ -55,6 +72,7 @@ impl Interaction {
             shading,
             uv,
             parameters: uv,
+            place: Place { geometry: 0, primitive: 0, instance: Hit::NO_INSTANCE },
             material: 0,
             light: Self::NO_LIGHT,
         }

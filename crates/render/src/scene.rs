@@ -17,7 +17,7 @@ use crate::medium::Medium;
 use crate::sampler::Sampler;
 use crate::shape::{Attributes, Border};
 use crate::spectrum::Wavelengths;
-use crate::texture::{TexturePoint, Textures};
+use crate::texture::{Footprint, TexturePoint, Textures};
 
 /// A scene that is ready to be rendered: immutable, cheap to clone, shared between threads.
 #[derive(Clone, Debug)]
@@ -80,6 +80,8 @@ pub(crate) struct SceneData {
     pub(crate) film: sahl_scene::Film,
     pub(crate) filter: PixelFilter,
     pub(crate) sampler: Sampler,
+    /// Of a pixel's side, what one sample stands for: textures are smoothed over so much.
+    pub(crate) footprint_scale: f32,
     /// Samples a pixel.
     pub(crate) samples: u32,
     pub(crate) integrator: Box<dyn TileRenderer>,
@@ -107,9 +109,10 @@ impl Scene {
         &self.data.accel
     }
 
-    /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens.
+    /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens; an empty one
+    /// where a lens of glass lets nothing through.
     pub fn camera_ray(&self, film: Vec2) -> Ray {
-        self.data.camera.ray(film, Vec2::splat(0.5))
+        self.data.camera.ray(film, Vec2::splat(0.5)).ray
     }
 
     /// Sample `index` of `pixel` alone, the same that [`crate::render`] adds to the film: any sample can be replayed.
@@ -139,7 +142,7 @@ impl SceneData {
     /// Finds out which part of its material the surface is made of at this point, and its relief.
     #[inline(never)]
     fn decompose(&self, at: &mut Interaction, ray: &Ray, hit: &Hit) {
-        let (point, wavelengths) = (texture_point(at), Wavelengths::default());
+        let (point, wavelengths) = (self.texture_point(at), Wavelengths::default());
         let query =
             Query { textures: &self.textures, at: &point, wavelengths: &wavelengths, regularize: false };
         at.material = Composition::resolve(&self.materials, at.material, &query, |relief| {
@@ -147,6 +150,25 @@ impl SceneData {
             let derivatives = |at: &Interaction| attributes.derivatives(&self.accel, hit, at);
             relief.shape(at, -ray.direction, &query, derivatives);
         });
+    }
+
+    /// Where textures of the surface are evaluated.
+    #[inline]
+    pub(crate) fn texture_point(&self, at: &Interaction) -> TexturePoint {
+        let needed = self.textures.need_footprint();
+        let footprint = if needed { self.footprint(at) } else { Footprint::default() };
+        TexturePoint { uv: at.uv, p: at.p, n: at.ng, footprint }
+    }
+
+    /// What the part of a pixel that one sample stands for covers of the surface.
+    #[inline(never)]
+    fn footprint(&self, at: &Interaction) -> Footprint {
+        let footprint = self.camera.footprint(at.p, at.ng);
+        let [dp_dx, dp_dy] = [footprint.dp_dx, footprint.dp_dy].map(|dp| dp * self.footprint_scale);
+        let attributes = &self.attributes[at.place.geometry as usize];
+        let derivatives = attributes.derivatives(&self.accel, &at.hit(), at);
+        let [duv_dx, duv_dy] = [dp_dx, dp_dy].map(|dp| derivatives.coordinates(dp));
+        Footprint { dp_dx, dp_dy, duv_dx, duv_dy }
     }
 
     /// How the surface scatters light; `room` is where a BSDF with many parameters is kept.
@@ -158,7 +180,7 @@ impl SceneData {
         regularize: bool,
         room: &'r mut BsdfRoom,
     ) -> Bsdf<'r> {
-        let point = texture_point(at);
+        let point = self.texture_point(at);
         let query = Query { textures: &self.textures, at: &point, wavelengths, regularize };
         self.materials[at.material as usize].bsdf(&query, room)
     }
@@ -189,10 +211,4 @@ impl SceneData {
     pub(crate) fn light(&self, at: &Interaction) -> Option<&Light> {
         self.lights.get(at.light as usize)
     }
-}
-
-/// Where textures are evaluated for a point of a surface.
-#[inline]
-fn texture_point(at: &Interaction) -> TexturePoint {
-    TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() }
 }

@@ -145,18 +145,25 @@ fn name(filter: &Filter) -> &'static str {
         Filter::Triangle { .. } => "triangle",
         Filter::Gaussian { .. } => "gaussian",
         Filter::Mitchell { .. } => "mitchell",
+        Filter::Sinc { .. } => "sinc",
     }
 }
 
 type FilterRow = (Filter, fn(f32, f32) -> f32);
 
 /// Filters with their curve over (offset, radius) along an axis, not normalised.
-fn filters() -> [FilterRow; 4] {
+fn filters() -> [FilterRow; 5] {
     [
         (Filter::Box { radius: [0.5, 1.5] }, |_, _| 1.0),
         (Filter::Triangle { radius: [2.0, 1.0] }, |x, radius| radius - x.abs()),
         (Filter::Gaussian { radius: [1.5, 2.0], sigma: 0.5 }, |x, radius| {
             (-2.0 * x * x).exp() - (-2.0 * radius * radius).exp()
+        }),
+        (Filter::Sinc { radius: [4.0, 3.0], tau: 3.0 }, |x, _| {
+            let sinc = |x: f32| {
+                if x == 0.0 { 1.0 } else { (std::f32::consts::PI * x).sin() / (std::f32::consts::PI * x) }
+            };
+            sinc(x) * sinc(x / 3.0)
         }),
         (Filter::Mitchell { radius: [2.0, 3.0], b: 1.0 / 3.0, c: 1.0 / 3.0 }, |x, radius| {
             let x = (2.0 * x / radius).abs();
@@ -171,7 +178,10 @@ fn filters() -> [FilterRow; 4] {
 
 #[test]
 fn every_kind_of_filter_has_a_row() {
-    assert_eq!(filters().map(|(filter, _)| name(&filter)), ["box", "triangle", "gaussian", "mitchell"]);
+    assert_eq!(
+        filters().map(|(filter, _)| name(&filter)),
+        ["box", "triangle", "gaussian", "sinc", "mitchell"]
+    );
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! Cameras.
 
+use std::sync::Arc;
+
+use sahl_image::Image;
 use sahl_math::Transform;
 use serde::{Deserialize, Serialize};
 
@@ -12,11 +15,11 @@ pub struct Camera {
     pub projection: Projection,
     /// Where the camera stands.
     pub camera_to_world: Transform,
-    /// The part of the projection plane that the film shows: x min, x max, y min, y max.
+    /// The part of the projection plane that the film shows: x min, x max, y min, y max. Flat projections alone have one.
     ///
     /// `None`: the shorter axis of the image spans −1 to 1 (pbrt's rule).
     pub screen_window: Option<[f32; 4]>,
-    /// Radius of the lens in metres; zero for a pinhole.
+    /// Radius of the thin lens of a flat projection, in metres; zero for a pinhole.
     pub lens_radius: f32,
     /// Distance at which the thin lens focuses, in metres.
     pub focal_distance: f32,
@@ -27,7 +30,7 @@ pub struct Camera {
 }
 
 /// How directions become places on the film.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Projection {
     /// Central projection.
     Perspective {
@@ -36,6 +39,64 @@ pub enum Projection {
     },
     /// Parallel projection.
     Orthographic,
+    /// All directions around a point.
+    Spherical(SphereLayout),
+    /// What glass makes of it.
+    Realistic(LensSystem),
+}
+
+/// How an image shows all directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SphereLayout {
+    /// Longitude by latitude: the top row is +y, columns go from +x by +z.
+    Equirectangular,
+    /// A square in which equal areas are equal solid angles (Clarberg 2008), +y in the middle.
+    EqualArea,
+}
+
+/// Glass elements between the scene and the film, all round about one axis. Lengths in metres.
+///
+/// Pixels record the irradiance that the lens casts on the film, so that a smaller aperture makes a darker image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LensSystem {
+    /// The surfaces from the scene to the film.
+    pub elements: Vec<LensElement>,
+    /// Diameter of the opening of the aperture stop.
+    pub aperture_diameter: f32,
+    /// What the opening looks like.
+    pub aperture: Aperture,
+    /// Distance from the film at which the lens focuses.
+    pub focus_distance: f32,
+}
+
+/// A surface of a lens, or the aperture stop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LensElement {
+    /// Radius of the sphere: positive where the middle is nearest to the scene. Zero for the aperture stop, a plane.
+    pub curvature_radius: f32,
+    /// Distance along the axis to the next element; that of the last one is found by focusing.
+    pub thickness: f32,
+    /// Index of refraction behind the surface, towards the film; zero and one for air.
+    pub eta: f32,
+    /// Diameter of the part that lets light through.
+    pub diameter: f32,
+}
+
+/// The opening of an aperture stop, in the square about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Aperture {
+    /// A disk.
+    Round,
+    /// A Gaussian that fades to nothing at the rim.
+    Gaussian,
+    /// A square of half the diameter.
+    Square,
+    /// A regular pentagon.
+    Pentagon,
+    /// A star with five points.
+    Star,
+    /// Transmittance by an image, the mean of its colours. It is scaled to let as much light through as the disk.
+    Image(Handle<Arc<Image>>),
 }
 
 impl Default for Camera {

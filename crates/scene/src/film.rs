@@ -10,6 +10,8 @@ pub struct Film {
     pub resolution: [u32; 2],
     /// The pixels to render: x min, x max, y min, y max, the maxima exclusive. `None`: all.
     pub crop: Option<[u32; 4]>,
+    /// Length of the film from corner to corner in metres; it matters to lenses of glass alone.
+    pub diagonal: f32,
     /// Factor from radiance to pixel value.
     pub exposure: f32,
     /// Samples with a larger component are scaled down to it; infinite by default.
@@ -26,11 +28,12 @@ impl Film {
 }
 
 impl Default for Film {
-    /// pbrt's default: 1280 × 720 pixels.
+    /// pbrt's default: 1280 × 720 pixels on a film of 35 mm.
     fn default() -> Self {
         Self {
             resolution: [1280, 720],
             crop: None,
+            diagonal: 0.035,
             exposure: 1.0,
             max_component: f32::INFINITY,
             color_space: ColorSpace::Srgb,
@@ -67,6 +70,13 @@ pub enum Filter {
         b: f32,
         /// Ringing.
         c: f32,
+    },
+    /// A sine cardinal under the middle lobe of another: Lanczos's window.
+    Sinc {
+        /// Half widths in x and y.
+        radius: [f32; 2],
+        /// Half the width of the window's middle lobe.
+        tau: f32,
     },
 }
 

@@ -30,7 +30,7 @@ use sahl_math::Transform;
 use serde::{Deserialize, Serialize};
 
 pub use arena::{Arena, Handle, Origin};
-pub use camera::{Camera, Projection};
+pub use camera::{Aperture, Camera, LensElement, LensSystem, Projection, SphereLayout};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use film::{Film, Filter, Sampler, SamplerKind};
 pub use integrator::{Integrator, LightSampler, PathTracer};

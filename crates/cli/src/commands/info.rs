@@ -7,7 +7,7 @@ use sahl::image::Pixels;
 use sahl::render::{BuildOptions, SceneStats};
 use sahl::scene::{
     Filter, Geometry, Integrator, Light, Material, Origin, PathTracer, Projection, Radiance, SamplerKind,
-    SceneDesc, Texture,
+    SceneDesc, SphereLayout, Texture,
 };
 use serde_json::{Value, json};
 
@@ -134,9 +134,17 @@ fn integrator(scene: &SceneDesc) -> String {
 }
 
 fn camera(scene: &SceneDesc) -> String {
-    let projection = match scene.camera.projection {
+    let projection = match &scene.camera.projection {
         Projection::Perspective { fov } => format!("perspective, {} degrees", rounded(fov.to_degrees())),
         Projection::Orthographic => "orthographic".to_owned(),
+        Projection::Spherical(SphereLayout::EqualArea) => "spherical, equal-area".to_owned(),
+        Projection::Spherical(SphereLayout::Equirectangular) => "spherical, equirectangular".to_owned(),
+        Projection::Realistic(lens) => format!(
+            "{}, aperture of {} mm, focus at {}",
+            format::plural(lens.elements.len(), "lens element"),
+            rounded(lens.aperture_diameter * 1000.0),
+            lens.focus_distance
+        ),
     };
     let place = scene.camera.camera_to_world.point(sahl::math::Vec3::ZERO);
     let lens = match scene.camera.lens_radius {
@@ -161,6 +169,7 @@ fn sampling(scene: &SceneDesc) -> String {
         Filter::Triangle { .. } => "triangle",
         Filter::Gaussian { .. } => "gaussian",
         Filter::Mitchell { .. } => "mitchell",
+        Filter::Sinc { .. } => "sinc",
     };
     let samples = format::plural(scene.sampler.samples as usize, "sample");
     format!("{samples} a pixel, {kind}, seed {}, {filter} filter", scene.sampler.seed)

@@ -56,7 +56,8 @@ impl Interpreter<'_> {
 
     fn camera(&mut self, name: &str, p: &Reader<'_>) {
         self.warn_of_motion(p.span(), "the camera");
-        if let Some(camera) = translate::camera(name, p, &self.state.transform()) {
+        let world_to_camera = self.state.transform();
+        if let Some(camera) = translate::camera(&mut self.cx, name, p, &world_to_camera) {
             self.cx.scene.camera = Camera { medium: self.state.media.outside, ..camera };
         }
         let to_world = self.state.transforms.map(|transform| transform.inverse());

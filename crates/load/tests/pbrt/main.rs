@@ -1,5 +1,6 @@
 //! The reader of pbrt-v4 scenes, through the crate's interface.
 
+mod cameras;
 mod invalid;
 mod media;
 mod robustness;

@@ -58,9 +58,8 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     lights.add_lights();
     let lights = lights.lights;
     let media = if has_media { media::media(description, &mut diagnostics) } else { Vec::new() };
-    if diagnostics.has_errors() {
-        return (None, diagnostics);
-    }
+    let camera = Camera::new(description, &mut diagnostics);
+    let Some(camera) = camera.filter(|_| !diagnostics.has_errors()) else { return (None, diagnostics) };
 
     let counts = geometry.counts;
     let accel = Accel::build(geometry.world, &options.accel);
@@ -85,14 +84,21 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         camera_medium: description.camera.medium.map_or(Border::VACUUM, |medium| medium.index() as u32),
         lights,
         environments,
-        camera: Camera::new(&description.camera, description.film.resolution),
+        camera,
         film: description.film.clone(),
         filter: PixelFilter::new(&description.filter),
         sampler: Sampler::new(&description.sampler, description.film.resolution),
+        footprint_scale: footprint_scale(description.sampler.samples),
         samples: description.sampler.samples.max(1),
         stats,
     };
     (Some(Scene { data: Arc::new(data) }), diagnostics)
+}
+
+/// The side of the part of a pixel that one of `samples` stands for. Not less than an eighth: the finest levels of images are
+/// seldom worth their aliasing (pbrt-v4's rule).
+fn footprint_scale(samples: u32) -> f32 {
+    (1.0 / (samples.max(1) as f32).sqrt()).max(0.125)
 }
 
 fn materials(description: &SceneDesc, textures: &Textures, diagnostics: &mut Diagnostics) -> Vec<Material> {

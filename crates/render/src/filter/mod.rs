@@ -39,7 +39,7 @@ pub enum PixelFilter {
         /// Half widths in pixels.
         radius: Vec2,
     },
-    /// A product of two curves given by tables: Gaussian, and Mitchell and Netravali's cubic.
+    /// A product of two curves given by tables: Gaussian, Mitchell and Netravali's cubic, and the windowed sinc.
     Tabulated {
         /// The curve in x.
         x: AxisTable,
@@ -68,6 +68,9 @@ impl PixelFilter {
             }
             sahl_scene::Filter::Mitchell { radius, b, c } => {
                 tabulated(half_widths(radius), &|x, radius| mitchell(2.0 * x / radius, b, c))
+            }
+            sahl_scene::Filter::Sinc { radius, tau } => {
+                tabulated(half_widths(radius), &|x, _| sinc(x) * sinc(x / tau))
             }
         }
     }
@@ -116,6 +119,13 @@ fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     } else {
         0.0
     }
+}
+
+/// sin(πx) / (πx).
+fn sinc(x: f32) -> f32 {
+    let angle = std::f32::consts::PI * x;
+    // Where the square is below one bit of one, the quotient rounds to one.
+    if 1.0 - angle * angle == 1.0 { 1.0 } else { angle.sin() / angle }
 }
 
 #[cfg(test)]

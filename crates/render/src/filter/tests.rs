@@ -25,6 +25,7 @@ fn weights_have_mean_one() {
         Filter::default(),
         Filter::Mitchell { radius: [2.0, 2.0], b: 1.0 / 3.0, c: 1.0 / 3.0 },
         Filter::Mitchell { radius: [1.0, 3.0], b: 0.0, c: 1.0 },
+        Filter::Sinc { radius: [4.0, 3.0], tau: 3.0 },
     ] {
         let sampler = PixelFilter::new(&filter);
         let n = 512;

@@ -21,6 +21,7 @@ use sahl_scene::PathTracer;
 
 use crate::Aov;
 use crate::aov::Features;
+use crate::camera::CameraRay;
 use crate::film::{SampleId, Tile};
 use crate::light::{Light, LightSelection};
 use crate::scene::SceneData;
@@ -97,8 +98,9 @@ fn camera_sample(
     tracer.sampler.start(pixel, index, 0);
     let filtered = tracer.scene.filter.sample(tracer.sampler.pixel_2d());
     let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
-    let ray = tracer.scene.camera.ray(film, tracer.sampler.next_2d());
-    CameraSample { ray, radiance: integrator.radiance(tracer, ray), weight: filtered.weight }
+    let CameraRay { ray, weight } = tracer.scene.camera.ray(film, tracer.sampler.next_2d());
+    let radiance = if weight > 0.0 { integrator.radiance(tracer, ray) * weight } else { Spectrum::ZERO };
+    CameraSample { ray, radiance, weight: filtered.weight }
 }
 
 /// The integrator that `description` asks for, in a scene with the given lights and radius; `media` tells whether there are

@@ -6,7 +6,7 @@ use sahl_accel::{Accel, Geometry, Hit, SurfacePoint};
 use sahl_math::{Frame, Ray, Transform, Vec2, Vec3};
 use sahl_scene::{Handle, Medium, MediumInterface};
 
-use crate::interaction::Interaction;
+use crate::interaction::{Interaction, Place};
 
 /// Orientation, vertex attributes, material and lights of a geometry of the accelerator.
 #[derive(Clone, Debug)]
@@ -90,6 +90,7 @@ impl Attributes {
             shading,
             uv: self.uv(corners, hit),
             parameters: Vec2::new(hit.u, hit.v),
+            place: Place { geometry: hit.geometry, primitive: hit.primitive, instance: hit.instance },
             material: self.material,
             light: self.light(hit),
         }

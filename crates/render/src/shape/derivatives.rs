@@ -140,6 +140,18 @@ impl Attributes {
 }
 
 impl Derivatives {
+    /// The change of (u, v) that moves the point by `dp`, as well as the plane of both derivatives allows: least squares. Zero
+    /// where they are parallel. Source: Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., 2023, section 10.1.1.
+    pub(crate) fn coordinates(&self, dp: Vec3) -> Vec2 {
+        let (uu, uv, vv) =
+            (self.dp_du.dot(self.dp_du), self.dp_du.dot(self.dp_dv), self.dp_dv.dot(self.dp_dv));
+        let (u, v) = (self.dp_du.dot(dp), self.dp_dv.dot(dp));
+        let determinant = difference_of_products(uu, vv, uv, uv);
+        let solved = Vec2::new(difference_of_products(vv, u, uv, v), difference_of_products(uu, v, uv, u))
+            / determinant;
+        if solved.is_finite() { solved } else { Vec2::ZERO }
+    }
+
     /// These in the space into which `transform` leads; `n` is the unit normal before.
     fn transformed(&self, transform: &Transform, n: Vec3) -> Self {
         let normal = transform.normal(n);
@@ -194,5 +206,25 @@ impl Corners {
             Self::Patch(indices, _) => [[v - 1.0, 1.0 - v, -v, v], [u - 1.0, -u, 1.0 - u, u]]
                 .map(|weights| Self::Patch(indices, weights)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_undo_the_derivatives() {
+        let skew = Derivatives {
+            dp_du: Vec3::new(2.0, 0.5, 0.1),
+            dp_dv: Vec3::new(-0.3, 1.5, 0.7),
+            ..Derivatives::default()
+        };
+        let n = skew.dp_du.cross(skew.dp_dv);
+        // What leaves the surface does not count.
+        let moved = skew.dp_du * 0.25 - skew.dp_dv * 0.5 + n * 3.0;
+        assert!((skew.coordinates(moved) - Vec2::new(0.25, -0.5)).length() < 1e-6);
+        let flat = Derivatives { dp_du: Vec3::X, dp_dv: Vec3::X * 2.0, ..Derivatives::default() };
+        assert_eq!(flat.coordinates(Vec3::Y), Vec2::ZERO);
     }
 }

@@ -3,6 +3,7 @@
 
 mod analytic;
 mod building;
+mod cameras;
 mod common;
 mod determinism;
 mod features;

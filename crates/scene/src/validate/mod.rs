@@ -11,8 +11,8 @@ mod mesh;
 mod texture;
 
 use crate::{
-    Arena, Camera, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle, Integrator, Material,
-    Medium, Object, Origin, Projection, SceneDesc, Shape, Spectrum, SpectrumParam,
+    Aperture, Arena, Camera, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle, Integrator,
+    LensSystem, Material, Medium, Object, Origin, Projection, SceneDesc, Shape, Spectrum, SpectrumParam,
 };
 
 impl SceneDesc {
@@ -100,6 +100,9 @@ impl Check<'_> {
         if camera.lens_radius > 0.0 {
             self.number(|| "the focal distance".to_owned(), camera.focal_distance, Range::Positive, &NOWHERE);
         }
+        if let Projection::Realistic(lens) = &camera.projection {
+            self.lens(lens);
+        }
         let [open, close] = camera.shutter;
         if !(open.is_finite() && close.is_finite() && open <= close) {
             let message =
@@ -112,6 +115,34 @@ impl Check<'_> {
             let message =
                 format!("the screen window is {window:?}: expected x min < x max and y min < y max");
             self.error("bad-camera", &NOWHERE, message);
+        }
+    }
+
+    fn lens(&mut self, lens: &LensSystem) {
+        if lens.elements.is_empty() {
+            self.error("bad-camera", &NOWHERE, "the lens has no elements".to_owned());
+        }
+        for (i, element) in lens.elements.iter().enumerate() {
+            let name = |what: &str| format!("the {what} of lens element {}", i + 1);
+            self.number(|| name("curvature radius"), element.curvature_radius, Range::Finite, &NOWHERE);
+            self.number(|| name("thickness"), element.thickness, Range::NotNegative, &NOWHERE);
+            self.number(|| name("index of refraction"), element.eta, Range::NotNegative, &NOWHERE);
+            self.number(|| name("diameter"), element.diameter, Range::Positive, &NOWHERE);
+        }
+        self.number(
+            || "the aperture of the lens".to_owned(),
+            lens.aperture_diameter,
+            Range::Positive,
+            &NOWHERE,
+        );
+        self.number(
+            || "the focus distance of the lens".to_owned(),
+            lens.focus_distance,
+            Range::Positive,
+            &NOWHERE,
+        );
+        if let Aperture::Image(image) = lens.aperture {
+            self.handle("image", image, &self.scene.images, "the aperture of the lens", &NOWHERE);
         }
     }
 
@@ -131,6 +162,7 @@ impl Check<'_> {
             );
             self.error("bad-film", &NOWHERE, message);
         }
+        self.number(|| "the diagonal of the film".to_owned(), film.diagonal, Range::Positive, &NOWHERE);
         self.number(|| "the exposure".to_owned(), film.exposure, Range::Positive, &NOWHERE);
         if film.max_component.is_nan() || film.max_component <= 0.0 {
             let message = format!("the largest component is {}: expected more than zero", film.max_component);
@@ -142,7 +174,8 @@ impl Check<'_> {
         let (Filter::Box { radius }
         | Filter::Triangle { radius }
         | Filter::Gaussian { radius, .. }
-        | Filter::Mitchell { radius, .. }) = *filter;
+        | Filter::Mitchell { radius, .. }
+        | Filter::Sinc { radius, .. }) = *filter;
         for value in radius {
             self.number(|| "the radius of the pixel filter".to_owned(), value, Range::Positive, &NOWHERE);
         }
@@ -154,6 +187,9 @@ impl Check<'_> {
                     Range::Positive,
                     &NOWHERE,
                 );
+            }
+            Filter::Sinc { tau, .. } => {
+                self.number(|| "the window of the sinc filter".to_owned(), tau, Range::Positive, &NOWHERE);
             }
             Filter::Mitchell { b, c, .. } => {
                 for value in [b, c] {

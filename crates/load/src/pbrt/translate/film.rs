@@ -30,14 +30,13 @@ pub(in super::super) fn film(name: &str, p: &Reader<'_>, color_space: ColorSpace
     let film = Film {
         resolution,
         crop: crop(p, resolution),
+        diagonal: p.positive("diagonal", 35.0) / 1000.0,
         max_component: p.float_or_infinity("maxcomponentvalue"),
         color_space,
         filename: p.string("filename").map(|name| name.text.clone()),
         ..Film::default()
     };
     sensor(p);
-    // The diagonal matters to cameras with a lens system alone.
-    p.without_effect(&["diagonal"]);
     if p.bool("savefp16", false) {
         p.unsupported(&["savefp16"], "the image is written with 32 bits a channel");
     }

@@ -17,7 +17,7 @@ const FILTERS: &[(&str, Read)] = &[
         b: p.float("B", 1.0 / 3.0),
         c: p.float("C", 1.0 / 3.0),
     }),
-    ("sinc", sinc),
+    ("sinc", |p| Filter::Sinc { radius: radius(p, 4.0), tau: p.positive("tau", 3.0) }),
 ];
 
 /// The filter called `name`.
@@ -27,11 +27,4 @@ pub(in super::super) fn filter(name: &str, p: &Reader<'_>) -> Option<Filter> {
 
 fn radius(p: &Reader<'_>, default: f32) -> [f32; 2] {
     [p.positive("xradius", default), p.positive("yradius", default)]
-}
-
-/// The windowed sinc's main lobe is one pixel wide to each side; Mitchell's cubic has about the same lobe and overshoot.
-fn sinc(p: &Reader<'_>) -> Filter {
-    p.without_effect(&["xradius", "yradius", "tau"]);
-    p.unsupported_plugin("unsupported-filter", "`mitchell` with its default radius is used");
-    Filter::Mitchell { radius: [2.0, 2.0], b: 1.0 / 3.0, c: 1.0 / 3.0 }
 }

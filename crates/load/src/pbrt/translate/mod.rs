@@ -9,6 +9,7 @@ mod film;
 mod filter;
 pub(super) mod image;
 mod integrator;
+mod lens_file;
 mod light;
 mod material;
 mod medium;
