@@ -175,7 +175,7 @@ impl Accel {
     fn to_other_hit(&self, ray: &Ray, found: &Found) -> Hit {
         let name = self.primitives.name(found.candidate.id);
         let [u, v] = match name.kind {
-            Kind::Triangle | Kind::Patch => found.candidate.weights,
+            Kind::Triangle | Kind::Patch | Kind::Curve => found.candidate.weights,
             Kind::Half { upper, parallelogram: true } => {
                 patch::affine_parameters(upper, found.candidate.weights)
             }

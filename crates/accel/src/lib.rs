@@ -46,4 +46,6 @@ pub use kernel::Tier;
 pub use options::{BuildOptions, Builder};
 pub use stats::Stats;
 pub use traverse::TraversalCount;
-pub use world::{Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World};
+pub use world::{
+    CurveKind, CurveSet, Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World,
+};

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use crate::geometry::curve::parts_of;
 use crate::geometry::patch::PatchKind;
 use crate::world::Geometry;
 
@@ -28,6 +29,8 @@ pub(crate) enum Kind {
     Patch,
     /// A sphere, cylinder or disk.
     Quadric,
+    /// A part of a curve's segment.
+    Curve,
 }
 
 /// The name of a primitive.
@@ -53,6 +56,11 @@ pub(crate) enum Shape {
     Patches(Vec<PatchKind>),
     /// The place among the prepared quadrics, if it has a surface.
     Quadric(Option<u32>),
+    /// How many parts a segment has, and the place among the prepared curves, once they are collected.
+    Curves {
+        parts: u32,
+        place: Option<u32>,
+    },
 }
 
 /// The ranges of ids of a world's geometries.
@@ -77,6 +85,10 @@ impl Names {
                 // Two a patch, for the halves of those that are planar.
                 Geometry::Patches(mesh) => (2 * mesh.indices.len() as u64, Shape::Patches(Vec::new())),
                 Geometry::Sphere(_) | Geometry::Disk(_) | Geometry::Cylinder(_) => (1, Shape::Quadric(None)),
+                Geometry::Curves(set) => {
+                    let parts = parts_of(set);
+                    (set.points.len() as u64 * u64::from(parts), Shape::Curves { parts, place: None })
+                }
             };
             end = END_OF_IDS.min(end + count);
             starts.push(end as u32);
@@ -112,6 +124,13 @@ impl Names {
 
     pub(crate) fn set_quadric(&mut self, geometry: u32, place: u32) {
         self.shapes[geometry as usize] = Shape::Quadric(Some(place));
+    }
+
+    /// Says where the prepared curves of a geometry are.
+    pub(crate) fn set_curves(&mut self, geometry: u32, prepared: u32) {
+        if let Shape::Curves { place, .. } = &mut self.shapes[geometry as usize] {
+            *place = Some(prepared);
+        }
     }
 
     /// The memory of the lists in bytes.
@@ -152,6 +171,9 @@ impl Names {
                 PrimitiveName { geometry, primitive: offset / 2, kind }
             }
             Shape::Quadric(_) => PrimitiveName { geometry, primitive: 0, kind: Kind::Quadric },
+            Shape::Curves { parts, .. } => {
+                PrimitiveName { geometry, primitive: offset / parts, kind: Kind::Curve }
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
 use crate::build::{Extent, Reference};
+use crate::geometry::curve::{CurvePart, Curves};
 use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
@@ -12,7 +13,7 @@ use crate::kernel::{BLOCK_WIDTH, WIDTH};
 use crate::layout::Vertices;
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
-use crate::world::{Geometry, PatchMesh, TriangleMesh, World};
+use crate::world::{CurveSet, Geometry, PatchMesh, TriangleMesh, World};
 
 /// Primitives beyond this count are dropped: in full leaves, there are places for the rows of so many, see [`crate::layout`].
 const MAX_PRIMITIVES: usize = 1 << 27;
@@ -37,6 +38,8 @@ pub(crate) enum Item {
     Quadric(u32),
     /// A place in the list of placed groups.
     Instance(u32),
+    /// A place in [`Primitives::curve_parts`].
+    Curve(u32),
 }
 
 /// A patch that is solved as a ruled surface.
@@ -52,6 +55,8 @@ pub(crate) struct Primitives {
     names: Names,
     pub(crate) patches: Vec<CurvedPatch>,
     pub(crate) quadrics: Vec<Quadric>,
+    curves: Vec<Curves>,
+    pub(crate) curve_parts: Vec<CurvePart>,
     /// How many were left out.
     pub(crate) dropped: u64,
     /// How many the trees hold.
@@ -105,9 +110,21 @@ impl Primitives {
         }
     }
 
+    /// The prepared curves of a geometry that is some.
+    #[inline]
+    pub(crate) fn curves(&self, geometry: u32) -> Option<&Curves> {
+        match self.names.shape(geometry)? {
+            Shape::Curves { place: Some(place), .. } => self.curves.get(*place as usize),
+            _ => None,
+        }
+    }
+
     /// The memory of the lists in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        let lists = size_of_val(self.patches.as_slice()) + size_of_val(self.quadrics.as_slice());
+        let lists = size_of_val(self.patches.as_slice())
+            + size_of_val(self.quadrics.as_slice())
+            + size_of_val(self.curves.as_slice())
+            + size_of_val(self.curve_parts.as_slice());
         self.names.bytes() + lists as u64
     }
 
@@ -127,6 +144,7 @@ impl Primitives {
             match world.geometries.get(index as usize) {
                 Some(Geometry::Triangles(mesh)) => self.collect_triangles(index, mesh, &mut input),
                 Some(Geometry::Patches(mesh)) => self.collect_patches(index, mesh, &mut input),
+                Some(Geometry::Curves(set)) => self.collect_curves(index, set, &mut input),
                 Some(quadric) => self.collect_quadric(index, quadric, &mut input),
                 None => self.dropped += 1,
             }
@@ -224,6 +242,40 @@ impl Primitives {
             }
             _ => self.dropped += 1,
         }
+    }
+}
+
+impl Primitives {
+    /// Adds a reference to each part of each segment.
+    fn collect_curves(&mut self, geometry: u32, set: &CurveSet, input: &mut TreeInput) {
+        let ids = self.names.ids(geometry);
+        let (curves, start) = (Curves::new(set), input.references.len());
+        let place = self.curves.len() as u32;
+        self.names.set_curves(geometry, place);
+        for offset in 0..curves.len() {
+            let is_full = offset >= ids.len() || input.references.len() - start >= self.space();
+            match curves.bounds(offset as u32).filter(|bounds| are_usable(bounds) && !is_full) {
+                Some(bounds) => {
+                    input.push(Item::Curve(self.curve_parts.len() as u32), &bounds);
+                    let offset = offset as u32;
+                    self.curve_parts.push(CurvePart { curves: place, offset, id: ids.start + offset });
+                }
+                None => self.dropped += 1,
+            }
+        }
+        self.curves.push(curves);
+    }
+
+    /// The nearest hit of a part of a curve up to `limit`.
+    #[inline]
+    pub(crate) fn curve_candidate(&self, place: u32, ray: &PreparedRay, limit: f32) -> Option<Candidate> {
+        let part = &self.curve_parts[place as usize];
+        let curves = &self.curves[part.curves as usize];
+        curves.intersect(ray.ray(), part.offset, limit).map(|hit| Candidate {
+            t: hit.t,
+            id: part.id,
+            weights: [hit.u, hit.v],
+        })
     }
 }
 

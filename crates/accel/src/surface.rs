@@ -9,6 +9,7 @@
 use sahl_math::Ray;
 
 use crate::accel::Accel;
+use crate::geometry::curve::CurveHit;
 use crate::geometry::double::DVec3;
 use crate::geometry::quadric::ANY_NORMAL;
 use crate::geometry::{patch, triangle};
@@ -33,7 +34,7 @@ impl Accel {
     /// shape is given: a quadric's own, a group's, or the world's. From there it is transformed as a normal, by the
     /// transposed inverse, and flipped by nothing: not by mirroring maps, and not towards the ray.
     ///
-    /// `hit` must come from a query of this structure with this ray; only `t_max` may have changed. Any other gives a meaningless point, or the
+    /// `hit` must come from a query of this structure with this ray; only its interval may have changed. Any other gives a meaningless point, or the
     /// ray's own at `hit.t`, but no panic.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let placed = self.placed_at(hit.instance);
@@ -65,6 +66,12 @@ impl Accel {
         };
         if let Some((p, n)) = point {
             return TreePoint { p, error: EXACT, n };
+        }
+        if let Some(curves) = self.primitives.curves(hit.geometry) {
+            let place = CurveHit { t: hit.t, u: hit.u, v: hit.v };
+            if let Some(surface) = curves.surface(ray, hit.primitive, place) {
+                return TreePoint { p: surface.p, error: surface.error, n: surface.n };
+            }
         }
         match self.primitives.quadric(hit.geometry) {
             Some(quadric) => {

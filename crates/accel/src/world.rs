@@ -19,6 +19,8 @@ pub enum Geometry {
     Disk(Disk),
     /// A cylinder without caps, whole or partial.
     Cylinder(Cylinder),
+    /// Curves with a width.
+    Curves(CurveSet),
 }
 
 /// Triangles over shared vertices, in the space of the world or of the group that holds them.
@@ -90,6 +92,38 @@ pub struct Disk {
     pub phi_max: f32,
     /// From the disk's own space to the world or the group.
     pub to_parent: Transform,
+}
+
+/// Cubic Bézier segments with a width, all of one kind. A segment without length or width, or without a normal that it needs,
+/// is left out.
+///
+/// What a ray meets is a strip about the segment. `u` runs along a segment and `v` from 0 to 1 across it, such that ∂p/∂u × ∂p/∂v
+/// points away from where the ray comes from; see [`CurveKind`] for ribbons.
+#[derive(Clone, Debug)]
+pub struct CurveSet {
+    /// What the segments look like from the side.
+    pub kind: CurveKind,
+    /// Control points of each segment.
+    pub points: Arc<[[Vec3; 4]]>,
+    /// Width of each segment at its start and at its end, linear in `u` between; not negative.
+    pub widths: Arc<[[f32; 2]]>,
+    /// Normals of each segment at its start and at its end, for ribbons alone; of any length.
+    pub normals: Arc<[[Vec3; 2]]>,
+    /// Each segment is boxed in `2^split_depth` parts, of which there are at most 64. Decides about speed and memory alone.
+    pub split_depth: u32,
+    /// From the curves' own space to the world or the group. Widths are those of the own space.
+    pub to_parent: Transform,
+}
+
+/// The cross-section of curves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveKind {
+    /// A strip that faces every ray.
+    Flat,
+    /// A strip that faces every ray, with the normals of half a tube.
+    Cylinder,
+    /// A strip with a normal of its own, which appears the narrower the more it is seen from the side. `∂p/∂u × ∂p/∂v` is the normal.
+    Ribbon,
 }
 
 /// One placement of a group in the world.

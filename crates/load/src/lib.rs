@@ -19,6 +19,7 @@ mod normals;
 mod obj;
 mod pbrt;
 mod ply;
+mod subdivision;
 mod words;
 
 use std::path::Path;

@@ -23,6 +23,7 @@ pub mod warp;
 /// Acceleration structures, for those who look into a [`Scene`]'s own or measure it.
 pub use sahl_accel as accel;
 
+mod alpha;
 mod aov;
 mod build;
 mod camera;

@@ -34,6 +34,8 @@ pub struct SceneStats {
     pub patches: u64,
     /// Spheres, disks and cylinders, likewise.
     pub quadrics: u64,
+    /// Segments of curves, likewise.
+    pub curves: u64,
     /// Placements of objects.
     pub instances: u64,
     /// Materials.
@@ -67,6 +69,8 @@ pub(crate) struct SceneData {
     pub(crate) accel: Accel,
     /// By geometry of the accelerator.
     pub(crate) attributes: Vec<Attributes>,
+    /// Whether some of them are partly there.
+    pub(crate) has_alpha: bool,
     pub(crate) materials: Vec<Material>,
     pub(crate) textures: Textures,
     /// None if the integrator leaves them out.

@@ -34,19 +34,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     ] {
         let reflectance = SpectrumParam::Constant(Spectrum::srgb(rgb));
         let material = scene.materials.push(Material::Diffuse { reflectance }, Origin::default());
-        let ball = Shape {
-            geometry: Geometry::Sphere {
-                radius,
-                z_min: -radius,
-                z_max: radius,
-                phi_max: std::f32::consts::TAU,
-            },
-            shape_to_world: Transform::translate(x, y, z).ok_or("the place is not finite")?,
-            reverse_orientation: false,
-            material,
-            area_light: None,
-            media: None,
-        };
+        let sphere =
+            Geometry::Sphere { radius, z_min: -radius, z_max: radius, phi_max: std::f32::consts::TAU };
+        let place = Transform::translate(x, y, z).ok_or("the place is not finite")?;
+        let ball = Shape::new(sphere, place, material);
         let ball = scene.shapes.push(ball, Origin::default());
         scene.world.push(ball);
     }

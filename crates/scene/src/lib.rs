@@ -38,7 +38,7 @@ pub use light::{AreaLight, Light, Radiance};
 pub use material::{Coat, ConductorReflectance, Hair, HairColor, Material, Relief, Roughness};
 pub use medium::{Coefficients, Emission, Medium, MediumInterface};
 pub use open_pbr::OpenPbr;
-pub use shape::{Geometry, PatchMesh, Shape, TriangleMesh};
+pub use shape::{CurveKind, Curves, Geometry, Mesh, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};
 pub use spectrum::Spectrum;
 pub use texture::{
@@ -71,6 +71,8 @@ pub struct SceneDesc {
     pub triangle_meshes: Arena<TriangleMesh>,
     /// Meshes of bilinear patches.
     pub patch_meshes: Arena<PatchMesh>,
+    /// Sets of curves.
+    pub curves: Arena<Curves>,
     /// Every shape, whether it stands in the world or in an object.
     pub shapes: Arena<Shape>,
     /// The shapes that stand in the world.

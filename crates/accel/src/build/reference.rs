@@ -161,6 +161,7 @@ impl Reference {
             Item::Patch(place) => (place, 1),
             Item::Quadric(place) => (place, 2),
             Item::Instance(place) => (place, 3),
+            Item::Curve(place) => (place, 4),
         };
         let mut lanes = Box8::new(bounds);
         lanes.0.0[3] = f32::from_bits(place);
@@ -228,7 +229,8 @@ impl Reference {
             0 => Item::Triangle(place),
             1 => Item::Patch(place),
             2 => Item::Quadric(place),
-            _ => Item::Instance(place),
+            3 => Item::Instance(place),
+            _ => Item::Curve(place),
         }
     }
 

@@ -144,10 +144,11 @@ fn extreme_extents_end_in_balanced_trees() {
 #[test]
 fn leaves_hold_one_kind() {
     let bounds = boxes(&scattered(700), 0.05);
-    let item = |i: u32| match i % 5 {
+    let item = |i: u32| match i % 6 {
         0 => Item::Patch(i),
         1 => Item::Quadric(i),
         2 => Item::Instance(i),
+        3 => Item::Curve(i),
         _ => Item::Triangle(i),
     };
     let input: Vec<Reference> =

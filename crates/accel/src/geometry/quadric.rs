@@ -60,7 +60,7 @@ pub(crate) type Roots = [f64; 2];
 pub(crate) const NO_ROOTS: Roots = [f64::NAN; 2];
 
 impl Quadric {
-    /// The prepared shape; `None` if `geometry` is a mesh or has no surface.
+    /// The prepared shape; `None` if `geometry` is no quadric or has no surface.
     pub(crate) fn new(geometry: &Geometry, id: u32) -> Option<Self> {
         let (shape, to_parent): (Shape, &Transform) = match geometry {
             Geometry::Sphere(sphere) => (Shape::Sphere(SphereShape::new(sphere)?), &sphere.to_parent),
@@ -68,7 +68,7 @@ impl Quadric {
                 (Shape::Cylinder(CylinderShape::new(cylinder)?), &cylinder.to_parent)
             }
             Geometry::Disk(disk) => (Shape::Disk(DiskShape::new(disk)?), &disk.to_parent),
-            Geometry::Triangles(_) | Geometry::Patches(_) => return None,
+            Geometry::Triangles(_) | Geometry::Patches(_) | Geometry::Curves(_) => return None,
         };
         Some(Self { to_parent: DoubleTransform::new(to_parent), shape, id })
     }
@@ -115,11 +115,13 @@ impl Quadric {
 
     /// The point of a hit with its error, its normal, and its parameters.
     ///
-    /// The root is found again as it was by [`Self::intersect`]: next to a small distant shape, the `f32` parameter
-    /// does not tell the two apart. It stands in for a ray that has none.
+    /// The root is found again as it was by [`Self::intersect`], the first of those that round to `t`: next to a small distant shape, the
+    /// `f32` parameter does not tell the two apart. It stands in for a ray that has none.
     pub(crate) fn surface(&self, ray: &Ray, t: f32) -> QuadricSurface {
         let local = self.local_ray(ray);
-        let at = local.at(self.first_root(ray, &local).unwrap_or(f64::from(t)));
+        let rounds_to_t = self.roots(&local).into_iter().find(|&root| root as f32 == t);
+        let root = rounds_to_t.or_else(|| self.first_root(ray, &local));
+        let at = local.at(root.unwrap_or(f64::from(t)));
         let point = match &self.shape {
             Shape::Sphere(sphere) => sphere.point(at),
             Shape::Cylinder(cylinder) => cylinder.point(at),

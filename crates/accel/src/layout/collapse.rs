@@ -166,6 +166,7 @@ impl<V: Vertices> Collapse<'_, V> {
                     Some(Item::Patch(place)) => Child::Patch(place),
                     Some(Item::Quadric(place)) => Child::Quadric(place),
                     Some(Item::Instance(place)) => Child::Instance(place),
+                    Some(Item::Curve(place)) => Child::Curve(place),
                     Some(Item::Triangle(_)) | None => {
                         blocks.push(self.items(child));
                         next += BLOCK_ROWS as u32;

@@ -6,8 +6,8 @@
 //! | bits | inner node | block of triangles | leaf of one other primitive | nothing |
 //! |---|---|---|---|---|
 //! | 30–31 | 0 | 1 | 2 | 3 |
-//! | 28–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance | all ones |
-//! | 0–27 | first row | first row | place | all ones |
+//! | 27–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance, 3 part of a curve | all ones |
+//! | 0–26 | first row | first row | place | all ones |
 
 mod collapse;
 mod lanes;
@@ -70,6 +70,7 @@ pub(crate) enum Child {
     Patch(u32),
     Quadric(u32),
     Instance(u32),
+    Curve(u32),
 }
 
 /// What is to be done with what a reference refers to.
@@ -90,7 +91,7 @@ impl Stage {
 }
 
 const STAGE_SHIFT: u32 = 30;
-const KIND_SHIFT: u32 = 28;
+const KIND_SHIFT: u32 = 27;
 const ROW_MASK: u32 = (1 << STAGE_SHIFT) - 1;
 const PLACE_MASK: u32 = (1 << KIND_SHIFT) - 1;
 
@@ -111,6 +112,7 @@ impl Child {
             Self::Patch(place) => other(0, place),
             Self::Quadric(place) => other(1, place),
             Self::Instance(place) => other(2, place),
+            Self::Curve(place) => other(3, place),
         }
     }
 
@@ -137,10 +139,11 @@ impl Child {
         Some(match Self::stage(encoded) {
             Stage::Node => Self::Node(Self::row(encoded)),
             Stage::Block => Self::Block(Self::row(encoded)),
-            Stage::Other => match encoded >> KIND_SHIFT & 3 {
+            Stage::Other => match encoded >> KIND_SHIFT & 7 {
                 0 => Self::Patch(place),
                 1 => Self::Quadric(place),
-                _ => Self::Instance(place),
+                2 => Self::Instance(place),
+                _ => Self::Curve(place),
             },
             Stage::Done => return None,
         })
@@ -179,6 +182,8 @@ mod tests {
             Child::Patch(PLACE_MASK),
             Child::Quadric(17),
             Child::Instance(PLACE_MASK),
+            Child::Curve(3),
+            Child::Curve(PLACE_MASK),
         ] {
             assert_eq!(Child::decode(child.encode()), Some(child));
         }

@@ -62,6 +62,9 @@ impl List<'_> {
                 }
                 Entry::Other(Item::Patch(place)) => self.primitives.patch_candidate(*place, ray),
                 Entry::Other(Item::Quadric(place)) => self.primitives.quadric_candidate(*place, ray),
+                Entry::Other(Item::Curve(place)) => {
+                    self.primitives.curve_candidate(*place, ray, search.limit())
+                }
                 Entry::Other(Item::Instance(place)) => {
                     return self.search_instance(*place, ray, (&mut *search, &mut *counter));
                 }

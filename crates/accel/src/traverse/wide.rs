@@ -122,6 +122,7 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
         }
         Some(Child::Patch(place)) => scene.primitives.patch_candidate(place, ray),
         Some(Child::Quadric(place)) => scene.primitives.quadric_candidate(place, ray),
+        Some(Child::Curve(place)) => scene.primitives.curve_candidate(place, ray, search.limit()),
         _ => None,
     };
     counter.primitives(|| 1);

@@ -2,7 +2,9 @@
 
 use std::f32::consts::TAU;
 
-use sahl_accel::{Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World};
+use sahl_accel::{
+    CurveKind, CurveSet, Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World,
+};
 use sahl_math::{Ray, Transform, Vec3};
 
 use super::Random;
@@ -56,9 +58,39 @@ fn quadrics(random: &mut Random) -> Vec<Geometry> {
     geometries
 }
 
+/// Curves of a kind, wide against their length or thin, some straight, some closed.
+pub(crate) fn curves(random: &mut Random, kind: CurveKind, count: usize, to_parent: Transform) -> CurveSet {
+    let mut points = Vec::new();
+    for i in 0..count {
+        let (from, step) = (random.point(0.8), random.direction() * 0.3);
+        points.push(match i % 4 {
+            0 => [from, from + step, from + step * 2.0, from + step * 3.0],
+            1 => [from, random.point(0.8), random.point(0.8), from],
+            _ => [from, random.point(0.8), random.point(0.8), random.point(0.8)],
+        });
+    }
+    let widths: Vec<[f32; 2]> =
+        (0..count).map(|_| [random.range(0.01, 0.2), random.range(0.0, 0.1)]).collect();
+    let normals: Vec<[Vec3; 2]> =
+        (0..count).map(|_| [random.direction(), random.direction() * 3.0]).collect();
+    let normals = if kind == CurveKind::Ribbon { normals } else { Vec::new() };
+    CurveSet {
+        kind,
+        points: points.into(),
+        widths: widths.into(),
+        normals: normals.into(),
+        split_depth: count as u32 % 4,
+        to_parent,
+    }
+}
+
 /// All kinds of shapes, two groups and instances of them.
 pub(crate) fn zoo(random: &mut Random) -> World {
     let mut geometries = quadrics(random);
+    for (i, kind) in [CurveKind::Flat, CurveKind::Cylinder, CurveKind::Ribbon].into_iter().enumerate() {
+        let to_parent = placement(random);
+        geometries.push(Geometry::Curves(curves(random, kind, 5 + i, to_parent)));
+    }
     let instances = (0..12).map(|i| Instance { group: i % 2, to_world: placement(random) }).collect();
     geometries.push(Geometry::Triangles(soup(random, 60, 0.4)));
     let corners: Vec<Vec3> = (0..80).map(|_| random.point(1.0)).collect();

@@ -117,6 +117,8 @@ fn shapes(scene: &SceneDesc) -> Tally {
         Geometry::Sphere { .. } => "sphere",
         Geometry::Disk { .. } => "disk",
         Geometry::Cylinder { .. } => "cylinder",
+        Geometry::Curves(_) => "curve",
+        Geometry::Displaced { .. } => "displaced mesh",
     }))
 }
 
@@ -210,7 +212,10 @@ fn text(source: &Source, stats: &SceneStats) -> String {
         ("shapes", shapes(scene).text()),
         (
             "primitives",
-            format!("{} triangles, {} patches, {} quadrics", stats.triangles, stats.patches, stats.quadrics),
+            format!(
+                "{} triangles, {} patches, {} quadrics, {} curves",
+                stats.triangles, stats.patches, stats.quadrics, stats.curves
+            ),
         ),
         ("instances", format!("{} of {}", stats.instances, format::plural(scene.objects.len(), "object"))),
         ("materials", materials(scene).text()),
@@ -265,7 +270,7 @@ fn json(source: &Source, stats: &SceneStats) -> Value {
         "camera": camera(scene),
         "integrator": integrator(scene),
         "shapes": shapes(scene).json(),
-        "primitives": { "triangles": stats.triangles, "patches": stats.patches, "quadrics": stats.quadrics },
+        "primitives": { "triangles": stats.triangles, "patches": stats.patches, "quadrics": stats.quadrics, "curves": stats.curves },
         "objects": scene.objects.len(),
         "instances": stats.instances,
         "materials": materials(scene).json(),

@@ -86,7 +86,7 @@ pub(crate) fn frame(scene: &mut SceneDesc) {
 fn for_each_triangle(scene: &SceneDesc, mut visit: impl FnMut([Vec3; 3], &dyn Fn() -> Option<Vec3>)) {
     for shape in scene.shapes.values() {
         match shape.geometry {
-            Geometry::Triangles(mesh) => {
+            Geometry::Triangles(mesh) | Geometry::Displaced { mesh, .. } => {
                 let mesh = &scene.triangle_meshes[mesh];
                 for &triangle in mesh.indices.iter() {
                     visit_triangle(triangle, &mesh.positions, mesh.normals.as_deref(), &mut visit);
@@ -100,7 +100,10 @@ fn for_each_triangle(scene: &SceneDesc, mut visit: impl FnMut([Vec3; 3], &dyn Fn
                     }
                 }
             }
-            Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. } => {}
+            Geometry::Sphere { .. }
+            | Geometry::Disk { .. }
+            | Geometry::Cylinder { .. }
+            | Geometry::Curves(_) => {}
         }
     }
 }
@@ -202,8 +205,7 @@ fn add_shape(
 ) {
     let origin = Origin { name: Some(name.to_owned()), span: None };
     let material = scene.materials.push(material, origin.clone());
-    let shape =
-        Shape { geometry, shape_to_world, reverse_orientation: false, material, area_light, media: None };
+    let shape = Shape { area_light, ..Shape::new(geometry, shape_to_world, material) };
     let shape = scene.shapes.push(shape, origin);
     scene.world.push(shape);
 }

@@ -18,14 +18,7 @@ fn scene_of(mesh: TriangleMesh) -> SceneDesc {
     let mut scene = SceneDesc::default();
     let material = scene.materials.push(Material::default(), Origin::default());
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
-    let shape = Shape {
-        geometry: Geometry::Triangles(mesh),
-        shape_to_world: Transform::IDENTITY,
-        reverse_orientation: false,
-        material,
-        area_light: None,
-        media: None,
-    };
+    let shape = Shape::new(Geometry::Triangles(mesh), Transform::IDENTITY, material);
     let shape = scene.shapes.push(shape, Origin::default());
     scene.world.push(shape);
     scene

@@ -94,7 +94,13 @@ impl<'a> MeshBuilder<'a> {
             normals.into()
         });
         let mesh_degenerate = mesh.degenerate;
-        let mesh = TriangleMesh { indices: mesh.indices.into(), positions: positions.into(), normals, uvs };
+        let mesh = TriangleMesh {
+            indices: mesh.indices.into(),
+            positions: positions.into(),
+            normals,
+            tangents: None,
+            uvs,
+        };
         Built { mesh, degenerate: mesh_degenerate, repaired }
     }
 }

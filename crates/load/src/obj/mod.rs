@@ -117,14 +117,8 @@ impl Assembly<'_> {
         let scene = &mut self.loaded.scene;
         let origin = Origin { name: group.material.clone(), span: group.span };
         let mesh = scene.triangle_meshes.push(built.mesh, origin.clone());
-        let shape = Shape {
-            geometry: Geometry::Triangles(mesh),
-            shape_to_world: Transform::IDENTITY,
-            reverse_orientation: false,
-            material,
-            area_light,
-            media: None,
-        };
+        let shape =
+            Shape { area_light, ..Shape::new(Geometry::Triangles(mesh), Transform::IDENTITY, material) };
         let shape = scene.shapes.push(shape, origin);
         scene.world.push(shape);
     }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use sahl_scene::{Camera, Diagnostic, MediumInterface, Shape, Span, Spectrum};
+use sahl_scene::{Camera, Diagnostic, Geometry, MediumInterface, Shape, Span, Spectrum};
 
 use super::interpreter::Interpreter;
 use super::parameter::Parameter;
@@ -10,7 +10,7 @@ use super::reader::Reader;
 use super::report::{Report, quote};
 use super::state::{Category, CurrentMaterial};
 use super::statement::{Directive, Name, Statement};
-use super::translate::{self, FilmSettings};
+use super::translate::{self, FilmSettings, Surfaces};
 
 impl Interpreter<'_> {
     /// Camera, film and the like: the last of a kind counts.
@@ -120,7 +120,7 @@ impl Interpreter<'_> {
         let [name] = &statement.names[..] else { return };
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Shape));
         let p = reader("shape", name, statement, &defaults, &report);
-        let geometries = translate::shape(&mut self.cx, &name.text, &p);
+        let Surfaces { geometries, alpha } = translate::shape(&mut self.cx, &name.text, &p);
         p.finish();
         self.warn_of_motion(statement.span, "the shape");
         let material = match self.state.material {
@@ -139,14 +139,16 @@ impl Interpreter<'_> {
             _ => self.area_light_of_shape(statement.span),
         };
         let media = Some(self.state.media).filter(MediumInterface::is_transition);
-        for geometry in geometries {
+        for mut geometry in geometries {
+            if let Geometry::Displaced { edge_length, .. } = &mut geometry {
+                *edge_length *= self.options.edge_scale.unwrap_or(1.0);
+            }
             let shape = Shape {
-                geometry,
-                shape_to_world: self.state.transform(),
                 reverse_orientation: self.state.reverse_orientation,
-                material,
                 area_light: area_light.as_deref().cloned(),
                 media,
+                alpha,
+                ..Shape::new(geometry, self.state.transform(), material)
             };
             self.add_shape(shape, statement.span);
         }

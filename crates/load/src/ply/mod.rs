@@ -121,14 +121,7 @@ fn add_shapes(scene: &mut SceneDesc, mesh: PlyMesh, origin: &Origin) {
         mesh.triangles.map(|mesh| Geometry::Triangles(scene.triangle_meshes.push(mesh, origin.clone())));
     let patches = mesh.patches.map(|mesh| Geometry::Patches(scene.patch_meshes.push(mesh, origin.clone())));
     for geometry in triangles.into_iter().chain(patches) {
-        let shape = Shape {
-            geometry,
-            shape_to_world: Transform::IDENTITY,
-            reverse_orientation: false,
-            material,
-            area_light: None,
-            media: None,
-        };
+        let shape = Shape::new(geometry, Transform::IDENTITY, material);
         let shape = scene.shapes.push(shape, origin.clone());
         scene.world.push(shape);
     }
@@ -204,10 +197,16 @@ fn assemble(vertices: Vertices, faces: Faces, warnings: Vec<String>) -> PlyMesh 
         indices: faces.triangles.into(),
         positions: Arc::clone(&positions),
         normals: normals.clone(),
+        tangents: None,
         uvs: uvs.clone(),
     });
-    let patches =
-        (!faces.quads.is_empty()).then(|| PatchMesh { indices: faces.quads.into(), positions, normals, uvs });
+    let patches = (!faces.quads.is_empty()).then(|| PatchMesh {
+        indices: faces.quads.into(),
+        positions,
+        normals,
+        tangents: None,
+        uvs,
+    });
     PlyMesh { triangles, patches, warnings }
 }
 

@@ -6,9 +6,9 @@ use sahl_image::{ColorSpace, Encoding};
 use sahl_load::{Loaded, MemoryAssets, load, load_pbrt};
 use sahl_math::Vec3;
 use sahl_scene::{
-    Coat, ConductorReflectance, FloatParam, Geometry, Hair, HairColor, Light, Material, Projection, Radiance,
-    Relief, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping,
-    Wrap,
+    Coat, ConductorReflectance, CurveKind, FloatParam, Geometry, Hair, HairColor, Light, Material,
+    Projection, Radiance, Relief, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureFilter,
+    TextureMapping, UvMapping, Wrap,
 };
 
 use crate::support;
@@ -230,6 +230,46 @@ fn compressed_scenes_are_read() {
     assert!(loaded.diagnostics.is_empty());
     assert_eq!(loaded.scene.world.len(), 1);
     assert_eq!(&*loaded.sources.files()[0].text, b"WorldBegin Shape \"sphere\"");
+}
+
+#[test]
+fn curves_of_every_basis_become_bezier_segments() {
+    let scene = loaded("shapes/curves.pbrt").scene;
+    let curves = scene.curves.values();
+    let segments: Vec<usize> = curves.iter().map(|curves| curves.points.len()).collect();
+    assert_eq!(segments, [1, 2, 2, 1, 2]);
+    assert_eq!((curves[0].kind, curves[0].split_depth, curves[1].split_depth), (CurveKind::Flat, 3, 1));
+    assert_eq!(curves[0].widths[0], [0.2, 0.0]);
+    assert_eq!(curves[1].points[1][0], curves[1].points[0][3]);
+    // A uniform B-spline: its ends are (1 4 1) / 6, and its segments meet.
+    let [first, second] = &*curves[2].points else { panic!("two segments") };
+    assert!(close(first[0], Vec3::new(5.0, 0.0, 1.0) * (1.0 / 6.0)), "{first:?}");
+    assert!(close(first[3], second[0]));
+    assert_eq!(curves[2].normals[1], [Vec3::Y, Vec3::X]);
+    // A parabola, elevated: its middle is a quarter, a half, a quarter.
+    let [a, b, c, d] = curves[3].points[0];
+    assert!(close(a + b * 3.0 + c * 3.0 + d, Vec3::new(1.0, 0.5, 0.0) * 8.0));
+    let [first, second] = &*curves[4].points else { panic!("two segments") };
+    assert!(close(first[0], Vec3::new(0.5, 0.5, 1.0)) && close(first[3], second[0]));
+    let [subdivided, framed] = scene.triangle_meshes.values() else { panic!("two meshes") };
+    assert_eq!((subdivided.indices.len(), subdivided.normals.is_some()), (64, true));
+    assert_eq!(framed.tangents.as_deref(), Some(&[Vec3::X, Vec3::X, Vec3::ZERO][..]));
+}
+
+#[test]
+fn alpha_and_displacement_arrive() {
+    let scene = loaded("shapes/alpha.pbrt").scene;
+    let shapes = scene.shapes.values();
+    assert_eq!([shapes[0].alpha, shapes[2].alpha], [0.25, 0.75].map(FloatParam::Constant));
+    let holes = shapes[1].alpha;
+    assert!(matches!(holes, FloatParam::Texture(_)));
+    let Geometry::Displaced { mesh, displacement, edge_length } = shapes[2].geometry else {
+        panic!("{:?}", shapes[2].geometry)
+    };
+    assert_eq!((displacement, edge_length), (holes, 0.25), "the option halves the length");
+    // A quadrilateral is two triangles beside the one of the file.
+    assert_eq!(scene.triangle_meshes[mesh].indices.len(), 3);
+    assert_eq!(shapes.len(), 3);
 }
 
 #[test]

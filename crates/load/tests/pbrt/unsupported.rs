@@ -79,17 +79,6 @@ fn materials() {
 }
 
 #[test]
-fn parameters_of_surfaces() {
-    warned("WorldBegin Shape \"sphere\" \"float alpha\" 0.5", "opaque");
-    warned("WorldBegin Shape \"curve\" \"point3 P\" [ 0 0 0  1 0 0  2 0 0  3 0 0 ]", "left out");
-    let scene = warned(
-        "WorldBegin Shape \"loopsubdiv\" \"integer levels\" 2 \"point3 P\" [ 0 0 0  1 0 0  0 1 0 ] \"integer indices\" [ 0 1 2 ]",
-        "control mesh",
-    );
-    assert_eq!(scene.triangle_meshes.len(), 1);
-}
-
-#[test]
 fn textures() {
     let scene = warned(
         "WorldBegin Texture \"t\" \"spectrum\" \"ptex\" \"string filename\" \"t.ptx\"",

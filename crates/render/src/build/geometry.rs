@@ -2,21 +2,25 @@
 
 use std::sync::Arc;
 
-use sahl_accel::{Cylinder, Disk, Instance, PatchMesh, Sphere, TriangleMesh, World};
+use sahl_accel::{CurveSet, Cylinder, Disk, Instance, PatchMesh, Sphere, TriangleMesh, World};
 use sahl_math::{Transform, Vec3};
-use sahl_scene::{Geometry, Handle, Material, SceneDesc, Shape};
+use sahl_scene::{CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape};
 
+use super::displacement::displaced;
 use super::lights::LightBuilder;
+use crate::light::Presence;
 use crate::material;
 use crate::scene::SceneStats;
 use crate::shape::{
     Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, TriangleEmitter,
     clamp_heights, clamp_sweep, uniform_scale,
 };
+use crate::texture::{FloatSource, TexturePoint, Textures};
 
 /// Collects geometries and their attributes, which have the same indices.
 pub(super) struct GeometryBuilder<'a> {
     description: &'a SceneDesc,
+    textures: &'a Textures,
     pub(super) world: World,
     pub(super) attributes: Vec<Attributes>,
     pub(super) counts: SceneStats,
@@ -25,9 +29,9 @@ pub(super) struct GeometryBuilder<'a> {
 }
 
 impl<'a> GeometryBuilder<'a> {
-    pub(super) fn new(description: &'a SceneDesc, media: bool) -> Self {
+    pub(super) fn new(description: &'a SceneDesc, textures: &'a Textures, media: bool) -> Self {
         let counts = SceneStats::default();
-        Self { description, world: World::default(), attributes: Vec::new(), counts, media }
+        Self { description, textures, world: World::default(), attributes: Vec::new(), counts, media }
     }
 
     /// Adds every shape of the world and of the objects, and the lights that shapes of the world are.
@@ -36,14 +40,21 @@ impl<'a> GeometryBuilder<'a> {
             if !self.is_there(handle) {
                 continue;
             }
-            let index = self.push(handle);
             let shape = &self.description.shapes[handle];
+            let index = self.push(handle, lights);
             if let Some(area_light) = shape.area_light.as_ref().filter(|_| !self.is_open(handle)) {
-                let emitters = self.emitters(shape, index);
                 let span = self.description.shapes.origin(handle).span;
-                self.attributes[index as usize].lights = lights.add_area(area_light, emitters, span);
+                if matches!(shape.geometry, Geometry::Curves(_)) {
+                    lights.refuse_curve(span);
+                } else {
+                    let (emitters, presence) = (self.emitters(shape, index), self.presence(shape));
+                    self.attributes[index as usize].lights =
+                        lights.add_area(area_light, emitters, presence, span);
+                }
             }
-            self.world.world.push(index);
+            if !self.is_absent(shape) {
+                self.world.world.push(index);
+            }
         }
         for object in self.description.objects.values() {
             let mut group = Vec::with_capacity(object.shapes.len());
@@ -51,8 +62,12 @@ impl<'a> GeometryBuilder<'a> {
                 if !self.is_there(handle) {
                     continue;
                 }
-                group.push(self.push(handle));
-                if self.description.shapes[handle].area_light.is_some() {
+                let shape = &self.description.shapes[handle];
+                let index = self.push(handle, lights);
+                if !self.is_absent(shape) {
+                    group.push(index);
+                }
+                if shape.area_light.is_some() {
                     lights.refuse_instanced(self.description.shapes.origin(handle).span);
                 }
             }
@@ -77,42 +92,83 @@ impl<'a> GeometryBuilder<'a> {
     }
 
     /// Adds a shape's geometry and attributes; returns their index.
-    fn push(&mut self, handle: Handle<Shape>) -> u32 {
+    fn push(&mut self, handle: Handle<Shape>, lights: &mut LightBuilder<'_>) -> u32 {
         let shape = &self.description.shapes[handle];
-        let to_parent = shape.shape_to_world;
         let traits = material::traits(self.description, shape.material);
         let mut attributes = Attributes {
             flip: shape.reverse_orientation,
+            alpha: self.alpha(shape),
             material: shape.material.index() as u32,
             needs_tangent: traits.needs_tangent,
             is_composed: traits.is_composed,
             normals: None,
+            tangents: None,
             uvs: None,
             lights: None,
             border: Border::new(shape, self.is_open(handle)),
         };
-        let geometry = match shape.geometry {
+        let geometry = self.geometry(shape, &mut attributes).unwrap_or_else(|| {
+            lights.refuse_displacement(self.description.shapes.origin(handle).span);
+            sahl_accel::Geometry::Triangles(TriangleMesh { indices: [].into(), positions: [].into() })
+        });
+        self.world.geometries.push(geometry);
+        self.attributes.push(attributes);
+        (self.attributes.len() - 1) as u32
+    }
+
+    /// The share of a shape that is there, unless it is all of it.
+    fn alpha(&self, shape: &Shape) -> Option<FloatSource> {
+        let alpha = self.textures.float_source(&shape.alpha);
+        (!matches!(alpha, FloatSource::Constant(1.0..))).then_some(alpha)
+    }
+
+    /// Whether no ray meets a shape.
+    fn is_absent(&self, shape: &Shape) -> bool {
+        matches!(self.alpha(shape), Some(FloatSource::Constant(..=0.0)))
+    }
+
+    /// How a shape that emits is found.
+    fn presence(&self, shape: &Shape) -> Presence {
+        match self.alpha(shape) {
+            None => Presence::Share(1.0),
+            Some(FloatSource::Constant(..=0.0)) => Presence::Unseen,
+            Some(FloatSource::Constant(alpha)) => Presence::Share(alpha),
+            Some(FloatSource::Texture(_)) => Presence::Varying,
+        }
+    }
+
+    /// The surface of a shape as the accelerator has it; what that leaves out goes to the attributes. `None` if it has too many
+    /// triangles.
+    fn geometry(&mut self, shape: &Shape, attributes: &mut Attributes) -> Option<sahl_accel::Geometry> {
+        let (description, to_parent) = (self.description, shape.shape_to_world);
+        if matches!(
+            shape.geometry,
+            Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. }
+        ) {
+            self.counts.quadrics += 1;
+        }
+        Some(match shape.geometry {
             Geometry::Triangles(mesh) => {
-                let mesh = &self.description.triangle_meshes[mesh];
-                attributes.flip ^= to_parent.swaps_handedness();
-                attributes.normals = self.normals(mesh.normals.as_ref(), shape);
-                attributes.uvs = mesh.uvs.clone();
-                self.counts.triangles += mesh.indices.len() as u64;
-                let (indices, positions) =
-                    (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
-                self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], &attributes);
+                let (indices, positions) = self.mesh(&description.triangle_meshes[mesh], shape, attributes);
+                self.counts.triangles += indices.len() as u64;
+                sahl_accel::Geometry::Triangles(TriangleMesh { indices, positions })
+            }
+            Geometry::Displaced { mesh, displacement, edge_length } => {
+                let source = self.textures.float_source(&displacement);
+                let height = |at: &TexturePoint| self.textures.float(&source, at);
+                let mesh = displaced(&description.triangle_meshes[mesh], &to_parent, edge_length, height)?;
+                let (indices, positions) = self.mesh(&mesh, shape, attributes);
+                self.counts.triangles += indices.len() as u64;
                 sahl_accel::Geometry::Triangles(TriangleMesh { indices, positions })
             }
             Geometry::Patches(mesh) => {
-                let mesh = &self.description.patch_meshes[mesh];
-                attributes.flip ^= to_parent.swaps_handedness();
-                attributes.normals = self.normals(mesh.normals.as_ref(), shape);
-                attributes.uvs = mesh.uvs.clone();
-                self.counts.patches += mesh.indices.len() as u64;
-                let (indices, positions) =
-                    (mesh.indices.clone(), baked_positions(&mesh.positions, &to_parent));
-                self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], &attributes);
+                let (indices, positions) = self.mesh(&description.patch_meshes[mesh], shape, attributes);
+                self.counts.patches += indices.len() as u64;
                 sahl_accel::Geometry::Patches(PatchMesh { indices, positions })
+            }
+            Geometry::Curves(curves) => {
+                attributes.flip ^= to_parent.swaps_handedness();
+                self.curves(&description.curves[curves], to_parent)
             }
             Geometry::Sphere { radius, z_min, z_max, phi_max } => {
                 sahl_accel::Geometry::Sphere(Sphere { radius, z_min, z_max, phi_max, to_parent })
@@ -123,27 +179,51 @@ impl<'a> GeometryBuilder<'a> {
             Geometry::Cylinder { radius, z_min, z_max, phi_max } => {
                 sahl_accel::Geometry::Cylinder(Cylinder { radius, z_min, z_max, phi_max, to_parent })
             }
-        };
-        if !matches!(shape.geometry, Geometry::Triangles(_) | Geometry::Patches(_)) {
-            self.counts.quadrics += 1;
-        }
-        self.world.geometries.push(geometry);
-        self.attributes.push(attributes);
-        (self.attributes.len() - 1) as u32
+        })
     }
 
-    /// Unit shading normals in the space of the positions, on the front: pbrt turns them round with the shape.
-    fn normals(&self, normals: Option<&Arc<[Vec3]>>, shape: &Shape) -> Option<Arc<[Vec3]>> {
-        let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
+    /// The faces and the positions of a mesh, moved to where the shape places them, as are the attributes of its vertices.
+    fn mesh<const N: usize>(
+        &mut self,
+        mesh: &Mesh<N>,
+        shape: &Shape,
+        attributes: &mut Attributes,
+    ) -> (Arc<[[u32; N]]>, Arc<[Vec3]>) {
         let to_parent = &shape.shape_to_world;
-        let bake = |n: &Vec3| to_parent.normal(*n).try_normalize().unwrap_or(Vec3::ZERO) * sign;
-        normals.map(|normals| normals.iter().map(bake).collect())
+        attributes.flip ^= to_parent.swaps_handedness();
+        attributes.normals = baked_normals(mesh.normals.as_ref(), shape);
+        attributes.tangents =
+            mesh.tangents.as_ref().map(|all| all.iter().map(|&tangent| to_parent.vector(tangent)).collect());
+        attributes.uvs = mesh.uvs.clone();
+        let (indices, positions) = (mesh.indices.clone(), baked_positions(&mesh.positions, to_parent));
+        self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], attributes);
+        (indices, positions)
+    }
+
+    fn curves(&mut self, curves: &Curves, to_parent: Transform) -> sahl_accel::Geometry {
+        let Curves { points, widths, normals, .. } = curves;
+        self.counts.curves += points.len() as u64;
+        let bytes = size_of_val(&**points) + size_of_val(&**widths) + size_of_val(&**normals);
+        self.counts.data_bytes += bytes as u64;
+        sahl_accel::Geometry::Curves(CurveSet {
+            kind: match curves.kind {
+                CurveKind::Flat => sahl_accel::CurveKind::Flat,
+                CurveKind::Cylinder => sahl_accel::CurveKind::Cylinder,
+                CurveKind::Ribbon => sahl_accel::CurveKind::Ribbon,
+            },
+            points: Arc::clone(points),
+            widths: Arc::clone(widths),
+            normals: Arc::clone(normals),
+            split_depth: curves.split_depth,
+            to_parent,
+        })
     }
 
     fn count_bytes(&mut self, sizes: &[usize], attributes: &Attributes) {
-        let normals = attributes.normals.as_ref().map_or(0, |normals| size_of_val(&**normals));
+        let vectors = [&attributes.normals, &attributes.tangents].into_iter().flatten();
+        let vectors: usize = vectors.map(|vectors| size_of_val(&**vectors)).sum();
         let uvs = attributes.uvs.as_ref().map_or(0, |uvs| size_of_val(&**uvs));
-        self.counts.data_bytes += (sizes.iter().sum::<usize>() + normals + uvs) as u64;
+        self.counts.data_bytes += (sizes.iter().sum::<usize>() + vectors + uvs) as u64;
     }
 
     /// The primitives of a shape of the world as emitters, in order.
@@ -177,6 +257,14 @@ fn gather<const N: usize>(values: &[Vec3], indices: [u32; N]) -> [Vec3; N] {
     indices.map(|i| values.get(i as usize).copied().unwrap_or(Vec3::ZERO))
 }
 
+/// Unit shading normals in the space of the positions, on the front: pbrt turns them round with the shape.
+fn baked_normals(normals: Option<&Arc<[Vec3]>>, shape: &Shape) -> Option<Arc<[Vec3]>> {
+    let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
+    let to_parent = &shape.shape_to_world;
+    let bake = |n: &Vec3| to_parent.normal(*n).try_normalize().unwrap_or(Vec3::ZERO) * sign;
+    normals.map(|normals| normals.iter().map(bake).collect())
+}
+
 /// The positions in the space into which `transform` leads; shared if that is where they are.
 fn baked_positions(positions: &Arc<[Vec3]>, transform: &Transform) -> Arc<[Vec3]> {
     if *transform == Transform::IDENTITY {
@@ -185,10 +273,12 @@ fn baked_positions(positions: &Arc<[Vec3]>, transform: &Transform) -> Arc<[Vec3]
     positions.iter().map(|&p| transform.point(p)).collect()
 }
 
-/// The emitter that a quadric is; `None` for meshes.
+/// The emitter that a quadric is; `None` for meshes and curves.
 fn quadric_emitter(geometry: &Geometry, to_world: &Transform, flip: bool) -> Option<Emitter> {
     let shape = match *geometry {
-        Geometry::Triangles(_) | Geometry::Patches(_) => return None,
+        Geometry::Triangles(_) | Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Displaced { .. } => {
+            return None;
+        }
         Geometry::Sphere { radius, z_min, z_max, phi_max } => {
             let ((z_min, z_max), phi_max) = (clamp_heights(z_min, z_max, radius), clamp_sweep(phi_max));
             let is_whole = z_min == -radius && z_max == radius && phi_max == clamp_sweep(f32::INFINITY);

@@ -9,8 +9,10 @@ use sahl_scene::{
     Diagnostic, Diagnostics, Handle, Light as Description, Radiance, SceneDesc, Span, Spectrum,
 };
 
+use super::displacement::MOST_TRIANGLES;
 use crate::light::{
-    AreaLight, DistantLight, Emission, ImageEnvironment, Light, PointLight, SphereMap, SpotLight, is_rigid,
+    AreaLight, DistantLight, Emission, ImageEnvironment, Light, PointLight, Presence, SphereMap, SpotLight,
+    is_rigid,
 };
 use crate::shape::Emitter;
 use crate::spectrum::{ColorRole, SpectralCurve};
@@ -37,6 +39,7 @@ impl<'a> LightBuilder<'a> {
         &mut self,
         light: &sahl_scene::AreaLight,
         emitters: Vec<Emitter>,
+        presence: Presence,
         span: Option<Span>,
     ) -> Option<Box<[u32]>> {
         let area: f32 = emitters.iter().map(Emitter::area).sum();
@@ -47,7 +50,8 @@ impl<'a> LightBuilder<'a> {
             return None;
         }
         let first = self.lights.len() as u32;
-        let new = emitters.into_iter().map(|emitter| AreaLight::new(emitter, radiance, light.two_sided));
+        let new =
+            emitters.into_iter().map(|emitter| AreaLight::new(emitter, radiance, light.two_sided, presence));
         self.lights.extend(new.map(Light::Area));
         Some((first..self.lights.len() as u32).collect())
     }
@@ -57,6 +61,21 @@ impl<'a> LightBuilder<'a> {
         self.diagnostics.push(
             Diagnostic::warning("instanced-area-light", span, "a shape of an object can't be an area light")
                 .with_note("the shape is rendered without emission"),
+        );
+    }
+
+    /// Tells that a mesh would become too large.
+    pub(super) fn refuse_displacement(&mut self, span: Option<Span>) {
+        let message = format!("a displaced mesh would have more than {MOST_TRIANGLES} triangles");
+        let help = "make `edgelength` longer; it is measured in the world";
+        self.diagnostics.push(Diagnostic::error("displacement-too-fine", span, message).with_help(help));
+    }
+
+    /// Tells that a curve does not emit: its surface depends on where it is seen from, and has no points to be sampled.
+    pub(super) fn refuse_curve(&mut self, span: Option<Span>) {
+        self.diagnostics.push(
+            Diagnostic::warning("curve-area-light", span, "a curve can't be an area light")
+                .with_note("the curve is rendered without emission; nor can pbrt-v4 sample one"),
         );
     }
 

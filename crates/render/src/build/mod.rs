@@ -6,6 +6,7 @@
 //!
 //! Deliberately absent: files. Images come decoded.
 
+mod displacement;
 mod geometry;
 mod lights;
 mod media;
@@ -54,7 +55,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     let materials = materials(description, &textures, &mut diagnostics);
     let mut lights = LightBuilder::new(description, &mut diagnostics);
     let has_media = media::are_honoured(description);
-    let geometry = GeometryBuilder::new(description, has_media).build(&mut lights);
+    let geometry = GeometryBuilder::new(description, &textures, has_media).build(&mut lights);
     lights.add_lights();
     let lights = lights.lights;
     let media = if has_media { media::media(description, &mut diagnostics) } else { Vec::new() };
@@ -77,6 +78,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     let data = SceneData {
         integrator: integrator::new(&description.integrator, &lights, radius, has_media),
         accel,
+        has_alpha: geometry.attributes.iter().any(|attributes| attributes.alpha.is_some()),
         attributes: geometry.attributes,
         materials,
         textures,

@@ -24,11 +24,11 @@ impl<'a> Tracer<'a> {
         Self { scene, sampler: scene.sampler.clone(), wavelengths: Wavelengths::Rgb, rays: 0 }
     }
 
-    /// Where `ray` first meets a surface or the border of a medium.
+    /// Where `ray` first meets a surface that is there, or the border of a medium.
     #[inline]
     pub(crate) fn hit(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        self.scene.accel.intersect(ray)
+        self.scene.first_hit(ray)
     }
 
     /// The first surface along `ray`, in scenes without borders of media.
@@ -55,7 +55,7 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub(crate) fn is_occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        self.scene.accel.occluded(ray)
+        self.scene.is_occluded(ray)
     }
 
     /// Whether anything lies between a surface and the light that `sample` found from it.

@@ -134,6 +134,29 @@ pub(crate) struct AreaLight {
     /// The same in all directions, in W·m⁻²·sr⁻¹.
     pub(super) radiance: Emission,
     pub(super) two_sided: bool,
+    pub(super) presence: Presence,
+}
+
+/// How much of an emitting surface is there, and so how its light is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Presence {
+    /// This share: rays meet it with this probability, and samples of the light are that much darker.
+    Share(f32),
+    /// Rays pass it, samples find all of it: a light that is not seen itself, as pbrt-v4 makes of an alpha of zero.
+    Unseen,
+    /// It varies over the surface: rays alone find the light.
+    Varying,
+}
+
+impl Presence {
+    /// The share of the light that samples of it find.
+    fn sampled(self) -> f32 {
+        match self {
+            Self::Share(share) => share,
+            Self::Unseen => 1.0,
+            Self::Varying => 0.0,
+        }
+    }
 }
 
 impl AreaLight {
@@ -141,9 +164,10 @@ impl AreaLight {
     pub(super) fn sample(&self, from: Vec3, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
         let (point, pdf) = self.emitter.sample(from, u)?;
         let wi = (point.p - from).try_normalize()?;
-        let radiance = self.emitted(point.n, -wi, wavelengths);
+        let radiance = self.emitted(point.n, -wi, wavelengths) * self.presence.sampled();
         let end = Some((point.p, point.p_error, point.n));
-        (!radiance.is_zero()).then_some(LightSample { radiance, wi, pdf, is_delta: false, end })
+        let is_delta = self.presence == Presence::Unseen;
+        (!radiance.is_zero()).then_some(LightSample { radiance, wi, pdf, is_delta, end })
     }
 
     /// Radiance along `wo` where the front has the normal `n`.
@@ -154,7 +178,7 @@ impl AreaLight {
 
     pub(super) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        self.radiance.at(wavelengths) * (PI * self.emitter.area() * sides)
+        self.radiance.at(wavelengths) * (PI * self.emitter.area() * sides * self.presence.sampled())
     }
 
     pub(super) fn bounds(&self) -> LightBounds {
@@ -166,7 +190,7 @@ impl AreaLight {
             facing,
             cos_reach: 0.0,
             two_sided: self.two_sided,
-            intensity: self.radiance.mean() * self.emitter.area() * seen,
+            intensity: self.radiance.mean() * self.emitter.area() * seen * self.presence.sampled(),
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::shape::{Emitter, EmitterPoint};
 use crate::spectrum::{Spectrum, Wavelengths};
 
 pub(crate) use environment::{ImageEnvironment, is_rigid};
-pub(crate) use kinds::{AreaLight, DistantLight, Emission, PointLight, SpotLight};
+pub(crate) use kinds::{AreaLight, DistantLight, Emission, PointLight, Presence, SpotLight};
 pub(crate) use projection::SphereMap;
 pub(crate) use select::{LightSelection, Vantage};
 pub(crate) use tree::Cone;
@@ -112,7 +112,7 @@ impl Light {
         match self {
             Self::Area(light) => {
                 let point = EmitterPoint { p: at.p, p_error: at.p_error, n: at.ng, uv: at.parameters };
-                light.emitter.pdf(from, &point)
+                if light.presence == Presence::Varying { 0.0 } else { light.emitter.pdf(from, &point) }
             }
             _ => 0.0,
         }
@@ -150,8 +150,8 @@ impl Light {
 
 impl AreaLight {
     /// A light that sends `radiance` from the front of `emitter`, or from both sides.
-    pub(crate) fn new(emitter: Emitter, radiance: Emission, two_sided: bool) -> Self {
-        Self { emitter, radiance, two_sided }
+    pub(crate) fn new(emitter: Emitter, radiance: Emission, two_sided: bool, presence: Presence) -> Self {
+        Self { emitter, radiance, two_sided, presence }
     }
 }
 

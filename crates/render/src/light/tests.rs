@@ -33,6 +33,7 @@ fn triangle(scene: &mut SceneDesc, normals: Option<[Vec3; 3]>) -> Geometry {
         indices: [[0, 1, 2]].into(),
         positions: [Vec3::new(-1.0, -0.5, 0.0), Vec3::new(1.2, -0.3, 0.2), Vec3::new(0.1, 1.0, -0.4)].into(),
         normals: normals.map(Into::into),
+        tangents: None,
         uvs: None,
     };
     Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()))
@@ -43,6 +44,7 @@ fn patch(scene: &mut SceneDesc, corners: [[f32; 3]; 4]) -> Geometry {
         indices: [[0, 1, 2, 3]].into(),
         positions: corners.map(Vec3::from).into(),
         normals: None,
+        tangents: None,
         uvs: None,
     };
     Geometry::Patches(scene.patch_meshes.push(mesh, Origin::default()))
@@ -136,12 +138,9 @@ fn scene_of(case: &Case, two_sided: bool, reverse_orientation: bool) -> Scene {
         power: None,
     };
     let shape = Shape {
-        geometry,
-        shape_to_world: case.to_world,
         reverse_orientation,
-        material,
         area_light: Some(area_light),
-        media: None,
+        ..Shape::new(geometry, case.to_world, material)
     };
     let shape = description.shapes.push(shape, Origin::default());
     description.world.push(shape);

@@ -14,7 +14,7 @@ mod independent;
 mod sobol;
 mod stream;
 
-pub(crate) use hash::mix;
+pub(crate) use hash::{mix, to_unit};
 use sahl_math::Vec2;
 use sahl_scene::SamplerKind;
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use sahl_accel::{Accel, Geometry, Hit, SurfacePoint};
+use sahl_accel::{Accel, CurveSet, Geometry, Hit, SurfacePoint};
 use sahl_math::{Frame, Ray, Transform, Vec2, Vec3};
 use sahl_scene::{Handle, Medium, MediumInterface};
 
 use crate::interaction::{Interaction, Place};
+use crate::texture::FloatSource;
 
 /// Orientation, vertex attributes, material and lights of a geometry of the accelerator.
 #[derive(Clone, Debug)]
@@ -15,12 +16,16 @@ pub(crate) struct Attributes {
     pub(crate) flip: bool,
     /// Index of the material.
     pub(crate) material: u32,
+    /// The share of the surface that is there; `None` for all of it.
+    pub(crate) alpha: Option<FloatSource>,
     /// Whether the material asks for tangents along ∂p/∂u.
     pub(crate) needs_tangent: bool,
     /// Whether the material is made of others.
     pub(crate) is_composed: bool,
     /// Unit shading normals of a mesh's vertices, in the space of its positions and on the front.
     pub(crate) normals: Option<Arc<[Vec3]>>,
+    /// Shading tangents of a mesh's vertices, of any length, in the space of its positions.
+    pub(crate) tangents: Option<Arc<[Vec3]>>,
     /// Texture coordinates of a mesh's vertices.
     pub(crate) uvs: Option<Arc<[Vec2]>>,
     /// The light that each primitive is, if the geometry emits.
@@ -140,7 +145,8 @@ impl Attributes {
             let local = to_parent.inverse().point(in_parent);
             to_parent.vector(Vec3::new(-local.y, local.x, 0.0))
         };
-        let tangent = match (geometry, corners) {
+        let given = corners.and_then(|corners| self.given_tangent(corners));
+        let tangent = given.unwrap_or_else(|| match (geometry, corners) {
             (Geometry::Triangles(mesh), Some(Corners::Triangle(indices, _))) => {
                 self.triangle_tangent(indices.map(|i| mesh.positions[i as usize]), indices)
             }
@@ -150,9 +156,20 @@ impl Attributes {
             (Geometry::Sphere(sphere), _) => sweep(&sphere.to_parent),
             (Geometry::Disk(disk), _) => sweep(&disk.to_parent),
             (Geometry::Cylinder(cylinder), _) => sweep(&cylinder.to_parent),
+            (Geometry::Curves(curves), _) => curves.to_parent.vector(axis_tangent(curves, hit)),
             _ => Vec3::ZERO,
-        };
+        });
         to_world.map_or(tangent, |to_world| to_world.vector(tangent))
+    }
+
+    /// The interpolated tangent of the mesh; `None` if it has none there.
+    fn given_tangent(&self, corners: Corners) -> Option<Vec3> {
+        let tangents = self.tangents.as_ref()?;
+        let tangent = match corners {
+            Corners::Triangle(indices, weights) => blend(tangents, indices, weights),
+            Corners::Patch(indices, weights) => blend(tangents, indices, weights),
+        };
+        (tangent.length_squared() > 0.0).then_some(tangent)
     }
 
     fn triangle_tangent(&self, [p0, p1, p2]: [Vec3; 3], indices: [u32; 3]) -> Vec3 {
@@ -178,6 +195,14 @@ impl Attributes {
     }
 }
 
+/// The derivative of a segment of a curve by its parameter, up to a positive factor.
+fn axis_tangent(curves: &CurveSet, hit: &Hit) -> Vec3 {
+    let Some(&[a, b, c, d]) = curves.points.get(hit.primitive as usize) else { return Vec3::ZERO };
+    let u = hit.u;
+    let tangent = (b - a) * ((1.0 - u) * (1.0 - u)) + (c - b) * (2.0 * u * (1.0 - u)) + (d - c) * (u * u);
+    if tangent.length_squared() > 0.0 { tangent } else { d - a }
+}
+
 #[inline]
 pub(super) fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
     let (u, v) = (hit.u, hit.v);
@@ -189,7 +214,7 @@ pub(super) fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
             let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
             Some(Corners::Patch(mesh.indices[hit.primitive as usize], weights))
         }
-        Geometry::Sphere(_) | Geometry::Disk(_) | Geometry::Cylinder(_) => None,
+        Geometry::Sphere(_) | Geometry::Disk(_) | Geometry::Cylinder(_) | Geometry::Curves(_) => None,
     }
 }
 

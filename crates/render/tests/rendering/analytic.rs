@@ -348,6 +348,7 @@ fn normals_become_colours() {
         indices: [[0, 1, 3], [0, 3, 2]].into(),
         positions,
         normals: Some([Vec3::new(0.0, 3.0, 4.0); 4].into()),
+        tangents: None,
         uvs: None,
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
@@ -369,6 +370,7 @@ fn the_shading_normal_decides_the_cosine() {
         indices: [[0, 1, 3], [0, 3, 2]].into(),
         positions: square(1.0, 0.0).map(Vec3::from).into(),
         normals: Some([ns; 4].into()),
+        tangents: None,
         uvs: None,
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());

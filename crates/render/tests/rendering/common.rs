@@ -51,14 +51,7 @@ pub(crate) fn add_placed(
     material: Handle<Material>,
     shape_to_world: Transform,
 ) -> Handle<Shape> {
-    let shape = Shape {
-        geometry,
-        shape_to_world,
-        reverse_orientation: false,
-        material,
-        area_light: None,
-        media: None,
-    };
+    let shape = Shape::new(geometry, shape_to_world, material);
     let shape = scene.shapes.push(shape, Origin::default());
     scene.world.push(shape);
     shape
@@ -77,14 +70,14 @@ pub(crate) const fn sphere(radius: f32) -> Geometry {
 /// A patch with the given corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
 pub(crate) fn patch(scene: &mut SceneDesc, corners: [[f32; 3]; 4]) -> Geometry {
     let positions = corners.map(Vec3::from).into();
-    let mesh = PatchMesh { indices: [[0, 1, 2, 3]].into(), positions, normals: None, uvs: None };
+    let mesh = PatchMesh { indices: [[0, 1, 2, 3]].into(), positions, ..PatchMesh::default() };
     Geometry::Patches(scene.patch_meshes.push(mesh, Origin::default()))
 }
 
 /// The same surface as two triangles.
 pub(crate) fn quad(scene: &mut SceneDesc, corners: [[f32; 3]; 4]) -> Geometry {
     let positions = corners.map(Vec3::from).into();
-    let mesh = TriangleMesh { indices: [[0, 1, 3], [0, 3, 2]].into(), positions, normals: None, uvs: None };
+    let mesh = TriangleMesh { indices: [[0, 1, 3], [0, 3, 2]].into(), positions, ..TriangleMesh::default() };
     Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()))
 }
 

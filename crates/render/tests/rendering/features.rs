@@ -30,6 +30,7 @@ fn half_covered() -> SceneDesc {
         indices: [[0, 1, 3], [0, 3, 2]].into(),
         positions: square(1.0, 0.0).map(Vec3::from).into(),
         normals: Some([Vec3::new(0.6, 0.0, 0.8); 4].into()),
+        tangents: None,
         uvs: Some([[2.0, 0.0], [4.0, 0.0], [2.0, 1.0], [4.0, 1.0]].map(Vec2::from).into()),
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
@@ -129,6 +130,7 @@ fn an_instance_looks_like_the_shape_it_places() {
             normals: Some(
                 [[0.1, 0.0, 1.0], [0.0, 0.3, 1.0], [-0.2, 0.0, 1.0], [0.0, 0.0, 1.0]].map(Vec3::from).into(),
             ),
+            tangents: None,
             uvs: None,
         };
         let mesh = scene.triangle_meshes.push(mesh, Origin::default());

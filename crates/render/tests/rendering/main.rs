@@ -9,3 +9,4 @@ mod determinism;
 mod features;
 mod limits;
 mod media;
+mod shapes;

@@ -1,68 +1,43 @@
-//! Meshes and images.
+//! Meshes, curves and images.
 
 use sahl_image::Pixels;
-use sahl_math::{Vec2, Vec3};
+use sahl_math::Vec3;
 
 use super::{Check, called};
-use crate::Origin;
-
-/// What the two kinds of meshes have in common.
-struct Mesh<'a> {
-    faces: usize,
-    indices: &'a [u32],
-    positions: &'a [Vec3],
-    normals: Option<&'a [Vec3]>,
-    uvs: Option<&'a [Vec2]>,
-}
+use crate::{Arena, CurveKind, Curves, Mesh, Origin};
 
 impl Check<'_> {
     pub(super) fn meshes(&mut self) {
-        let scene = self.scene;
-        for (handle, mesh) in scene.triangle_meshes.iter() {
-            let parts = Mesh {
-                faces: mesh.indices.len(),
-                indices: mesh.indices.as_flattened(),
-                positions: &mesh.positions,
-                normals: mesh.normals.as_deref(),
-                uvs: mesh.uvs.as_deref(),
-            };
-            self.mesh("triangle mesh", &parts, scene.triangle_meshes.origin(handle));
-        }
-        for (handle, mesh) in scene.patch_meshes.iter() {
-            let parts = Mesh {
-                faces: mesh.indices.len(),
-                indices: mesh.indices.as_flattened(),
-                positions: &mesh.positions,
-                normals: mesh.normals.as_deref(),
-                uvs: mesh.uvs.as_deref(),
-            };
-            self.mesh("patch mesh", &parts, scene.patch_meshes.origin(handle));
+        self.meshes_of("triangle mesh", &self.scene.triangle_meshes);
+        self.meshes_of("patch mesh", &self.scene.patch_meshes);
+    }
+
+    fn meshes_of<const N: usize>(&mut self, kind: &str, meshes: &Arena<Mesh<N>>) {
+        for (handle, mesh) in meshes.iter() {
+            self.mesh(kind, mesh, meshes.origin(handle));
         }
     }
 
     /// One message of each kind a mesh, for the first vertex or face that is wrong.
-    fn mesh(&mut self, kind: &str, mesh: &Mesh<'_>, origin: &Origin) {
+    fn mesh<const N: usize>(&mut self, kind: &str, mesh: &Mesh<N>, origin: &Origin) {
         let owner = called(kind, origin);
         let count = mesh.positions.len();
-        if mesh.faces == 0 {
+        if mesh.indices.is_empty() {
             self.error("empty-mesh", origin, format!("{owner} has no faces"));
         }
-        if let Some(at) = mesh.indices.iter().position(|&index| index as usize >= count) {
-            let (face, index) = (at / (mesh.indices.len() / mesh.faces), mesh.indices[at]);
-            let message = format!("face {face} of {owner} refers to vertex {index} of {count}");
+        let indices = mesh.indices.as_flattened();
+        if let Some(at) = indices.iter().position(|&index| index as usize >= count) {
+            let message = format!("face {} of {owner} refers to vertex {} of {count}", at / N, indices[at]);
             self.error("index-out-of-range", origin, message);
         }
         if let Some(vertex) = mesh.positions.iter().position(|position| !position.is_finite()) {
-            self.error(
-                "bad-number",
-                origin,
-                format!("the position of vertex {vertex} of {owner} is not finite"),
-            );
+            let message = format!("the position of vertex {vertex} of {owner} is not finite");
+            self.error("bad-number", origin, message);
         }
-        let bad_normal =
-            mesh.normals.map(|all| (all.len(), all.iter().position(|normal| !normal.is_finite())));
-        self.attribute(&owner, "normal", count, bad_normal, origin);
-        let bad_uv = mesh.uvs.map(|all| (all.len(), all.iter().position(|uv| !uv.is_finite())));
+        let first_bad = |all: &[Vec3]| (all.len(), all.iter().position(|v| !v.is_finite()));
+        self.attribute(&owner, "normal", count, mesh.normals.as_deref().map(first_bad), origin);
+        self.attribute(&owner, "tangent", count, mesh.tangents.as_deref().map(first_bad), origin);
+        let bad_uv = mesh.uvs.as_ref().map(|all| (all.len(), all.iter().position(|uv| !uv.is_finite())));
         self.attribute(&owner, "texture coordinate", count, bad_uv, origin);
     }
 
@@ -89,6 +64,45 @@ impl Check<'_> {
                 origin,
                 format!("the {what} of vertex {vertex} of {owner} is not finite"),
             );
+        }
+    }
+
+    pub(super) fn curves(&mut self) {
+        let scene = self.scene;
+        for (handle, curves) in scene.curves.iter() {
+            let origin = scene.curves.origin(handle);
+            let owner = called("curve", origin);
+            if curves.points.is_empty() {
+                self.error("empty-mesh", origin, format!("{owner} has no segments"));
+            }
+            self.curve_counts(&owner, curves, origin);
+            let points = curves.points.iter().position(|all| !all.iter().all(|p| p.is_finite()));
+            let is_width = |width: &f32| width.is_finite() && *width >= 0.0;
+            let widths = curves.widths.iter().position(|ends| !ends.iter().all(is_width));
+            let is_bad = |ends: &[Vec3; 2]| !ends.iter().all(|n| n.is_finite());
+            let normals = curves.normals.iter().position(is_bad);
+            for (segment, what) in [
+                (points, "a control point is not finite"),
+                (widths, "a width is negative or not finite"),
+                (normals, "a normal is not finite"),
+            ] {
+                if let Some(segment) = segment {
+                    self.error("bad-number", origin, format!("segment {segment} of {owner}: {what}"));
+                }
+            }
+        }
+    }
+
+    fn curve_counts(&mut self, owner: &str, curves: &Curves, origin: &Origin) {
+        let count = curves.points.len();
+        let normals = if curves.kind == CurveKind::Ribbon { count } else { 0 };
+        for (what, found, expected) in
+            [("widths", curves.widths.len(), count), ("normals", curves.normals.len(), normals)]
+        {
+            if found != expected {
+                let message = format!("{owner} has {found} pairs of {what}: expected {expected}");
+                self.error("attribute-count", origin, message);
+            }
         }
     }
 

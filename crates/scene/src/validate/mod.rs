@@ -41,6 +41,7 @@ impl SceneDesc {
         check.materials();
         check.media();
         check.meshes();
+        check.curves();
         check.shapes();
         check.objects();
         check.lights();
@@ -259,6 +260,7 @@ impl Check<'_> {
             self.handle("material", shape.material, &self.scene.materials, &owner, origin);
             self.geometry(&owner, shape, origin);
             self.medium_interface(&owner, shape.media, origin);
+            self.float_param(&owner, "the alpha", shape.alpha, Range::Finite, origin);
             if let Some(light) = &shape.area_light {
                 self.area_light(&owner, light, origin);
                 if self.scene.materials.get(shape.material) == Some(&Material::Interface) {
@@ -276,6 +278,16 @@ impl Check<'_> {
                 self.handle("triangle mesh", mesh, &scene.triangle_meshes, owner, origin);
             }
             Geometry::Patches(mesh) => self.handle("patch mesh", mesh, &scene.patch_meshes, owner, origin),
+            Geometry::Displaced { mesh, displacement, edge_length } => {
+                self.handle("triangle mesh", mesh, &scene.triangle_meshes, owner, origin);
+                self.float_param(owner, "the displacement", displacement, Range::Finite, origin);
+                self.number(|| format!("the edge length of {owner}"), edge_length, Range::Positive, origin);
+                if scene.triangle_meshes.get(mesh).is_some_and(|mesh| mesh.uvs.is_none()) {
+                    let message = format!("the displaced mesh of {owner} has no texture coordinates");
+                    self.error("missing-attribute", origin, message);
+                }
+            }
+            Geometry::Curves(curves) => self.handle("curves", curves, &scene.curves, owner, origin),
             Geometry::Sphere { radius, z_min, z_max, phi_max }
             | Geometry::Cylinder { radius, z_min, z_max, phi_max } => {
                 self.number(|| format!("the radius of {owner}"), radius, Range::Positive, origin);

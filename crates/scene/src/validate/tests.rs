@@ -17,14 +17,7 @@ fn sound() -> SceneDesc {
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
     for geometry in [sphere, Geometry::Triangles(mesh)] {
-        let shape = Shape {
-            geometry,
-            shape_to_world: Transform::IDENTITY,
-            reverse_orientation: false,
-            material,
-            area_light: None,
-            media: None,
-        };
+        let shape = Shape::new(geometry, Transform::IDENTITY, material);
         let shape = scene.shapes.push(shape, Origin::default());
         scene.world.push(shape);
     }
@@ -150,6 +143,7 @@ fn meshes_are_checked() {
             indices: [[0, 1, 2], [0, 1, 3]].into(),
             positions: [Vec3::ZERO, Vec3::X, Vec3::splat(f32::NAN)].into(),
             normals: Some([Vec3::X].into()),
+            tangents: None,
             uvs: Some([Vec2::ZERO, Vec2::ZERO, Vec2::splat(f32::INFINITY)].into()),
         };
         scene.triangle_meshes.push(mesh, named("torn"));

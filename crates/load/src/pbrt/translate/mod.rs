@@ -5,6 +5,7 @@
 
 mod area_light;
 mod camera;
+mod curve;
 mod film;
 mod filter;
 pub(super) mod image;
@@ -30,7 +31,7 @@ pub(super) use material::{MaterialKind, material};
 pub(super) use medium::medium;
 pub(super) use option::{Options, option};
 pub(super) use sampler::{accelerator, sampler};
-pub(super) use shape::shape;
+pub(super) use shape::{Surfaces, shape};
 pub(super) use texture::texture;
 
 use sahl_scene::Diagnostic;

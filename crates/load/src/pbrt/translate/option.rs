@@ -10,6 +10,8 @@ use super::super::statement::Name;
 pub(in super::super) struct Options {
     /// The seed of the samplers that have none of their own.
     pub(in super::super) seed: Option<u32>,
+    /// A factor on the edge lengths of displaced meshes.
+    pub(in super::super) edge_scale: Option<f32>,
 }
 
 /// The type of an option's value, and what is done with it.
@@ -24,6 +26,7 @@ enum Meaning {
     /// The space of rendering, which changes nothing but rounding.
     RenderSpace,
     Seed,
+    EdgeScale,
 }
 
 /// The options by their names without case, hyphens and underscores.
@@ -31,7 +34,7 @@ const OPTIONS: &[(&str, Meaning)] = &[
     ("disablepixeljitter", Meaning::UnsupportedBool("samples are spread over the pixel")),
     ("disabletexturefiltering", Meaning::Bool),
     ("disablewavelengthjitter", Meaning::UnsupportedBool("wavelengths are sampled")),
-    ("displacementedgescale", Meaning::Unsupported("surfaces are not displaced")),
+    ("displacementedgescale", Meaning::EdgeScale),
     ("forcediffuse", Meaning::UnsupportedBool("materials stay as they are")),
     ("msereferenceimage", Meaning::Unsupported("compare the images after rendering")),
     ("msereferenceout", Meaning::Unsupported("compare the images after rendering")),
@@ -73,6 +76,10 @@ pub(in super::super) fn option(options: &mut Options, name: &Name, value: &Name,
         Meaning::Seed => match value.text.parse() {
             Ok(seed) => options.seed = Some(seed),
             Err(_) => wrong("an integer that is not negative"),
+        },
+        Meaning::EdgeScale => match value.text.parse() {
+            Ok(scale) if scale > 0.0 && f32::is_finite(scale) => options.edge_scale = Some(scale),
+            _ => wrong("a number greater than zero"),
         },
     }
 }

@@ -3,15 +3,18 @@
 use std::sync::Arc;
 
 use sahl_math::{Vec2, Vec3};
-use sahl_scene::{Geometry, Origin, PatchMesh, TriangleMesh};
+use sahl_scene::{FloatParam, Geometry, Handle, Origin, PatchMesh, TriangleMesh};
 
 use super::super::context::{Context, MeshFile};
 use super::super::parameter::Kind;
 use super::super::reader::Reader;
 use super::super::report::quote;
 use super::super::statement::Name;
+use super::curve::curve;
 use super::lookup;
+use super::spectrum::{float_param, optional_float_param};
 use crate::ply;
+use crate::subdivision::loop_subdivide;
 
 /// Reads one kind of shape; what it gives may be several surfaces, or none.
 type Read = fn(&mut Context<'_>, &Reader<'_>) -> Vec<Geometry>;
@@ -27,11 +30,20 @@ const SHAPES: &[(&str, Read)] = &[
     ("curve", curve),
 ];
 
+/// What a shape becomes: its surfaces, and the share of them that is there.
+pub(in super::super) struct Surfaces {
+    pub(in super::super) geometries: Vec<Geometry>,
+    pub(in super::super) alpha: FloatParam,
+}
+
 /// The surfaces of the shape called `name`.
-pub(in super::super) fn shape(cx: &mut Context<'_>, name: &str, p: &Reader<'_>) -> Vec<Geometry> {
-    let Some(read) = lookup(SHAPES, name, p) else { return Vec::new() };
-    p.unsupported(&["alpha"], "the surface is opaque");
-    read(cx, p)
+pub(in super::super) fn shape(cx: &mut Context<'_>, name: &str, p: &Reader<'_>) -> Surfaces {
+    const OPAQUE: FloatParam = FloatParam::Constant(1.0);
+    let Some(read) = lookup(SHAPES, name, p) else {
+        return Surfaces { geometries: Vec::new(), alpha: OPAQUE };
+    };
+    let alpha = float_param(cx, p, "alpha", OPAQUE);
+    Surfaces { geometries: read(cx, p), alpha }
 }
 
 /// The sweep about z in radians.
@@ -81,16 +93,20 @@ fn vertices(p: &Reader<'_>) -> Option<Vertices> {
     // Only textures that are stored by face look at `faceIndices`. The others are named so that they are known even if
     // reading ends before them.
     p.without_effect(&["faceIndices", "indices", "N", "uv"]);
-    let Some(positions) = p.vectors("P", Kind::Point3) else {
-        if !p.has("P") {
-            p.report().error("missing-parameter", p.span(), format!("{} needs `point3 P`", p.what()));
-        }
-        return None;
-    };
+    let positions = positions(p)?;
     let count = positions.len();
     let normals = p.vectors("N", Kind::Normal).filter(|normals| same_count(p, "N", normals.len(), count));
     let uvs = p.pairs("uv").filter(|uvs| same_count(p, "uv", uvs.len(), count));
     Some(Vertices { positions: positions.into(), normals: normals.map(Into::into), uvs: uvs.map(Into::into) })
+}
+
+/// Reads `P`; `None`, reported, if it is not there.
+pub(super) fn positions(p: &Reader<'_>) -> Option<Vec<Vec3>> {
+    let positions = p.vectors("P", Kind::Point3);
+    if positions.is_none() && !p.has("P") {
+        p.report().error("missing-parameter", p.span(), format!("{} needs `point3 P`", p.what()));
+    }
+    positions
 }
 
 fn same_count(p: &Reader<'_>, name: &'static str, found: usize, expected: usize) -> bool {
@@ -134,56 +150,77 @@ fn faces<const N: usize>(p: &Reader<'_>, vertices: usize) -> Option<Arc<[[u32; N
     Some(groups.iter().map(|group| group.map(i32::cast_unsigned)).collect())
 }
 
-fn triangles(p: &Reader<'_>) -> Option<TriangleMesh> {
-    let Vertices { positions, normals, uvs } = vertices(p)?;
-    let indices = faces(p, positions.len())?;
-    Some(TriangleMesh { indices, positions, normals, uvs })
-}
-
 fn add_triangles(cx: &mut Context<'_>, p: &Reader<'_>, mesh: Option<TriangleMesh>) -> Vec<Geometry> {
     let add = |mesh| Geometry::Triangles(cx.scene.triangle_meshes.push(mesh, Origin::at(p.span())));
     mesh.map(add).into_iter().collect()
 }
 
 fn triangle_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
-    p.unsupported(&["S"], "tangents follow from the texture coordinates");
-    add_triangles(cx, p, triangles(p))
+    let read = || {
+        p.without_effect(&["S"]);
+        let Vertices { positions, normals, uvs } = vertices(p)?;
+        let tangents = p.vectors("S", Kind::Vector3);
+        let tangents = tangents.filter(|all| same_count(p, "S", all.len(), positions.len())).map(Into::into);
+        let indices = faces(p, positions.len())?;
+        Some(TriangleMesh { indices, positions, normals, tangents, uvs })
+    };
+    add_triangles(cx, p, read())
 }
 
 fn bilinear_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
-    p.unsupported(&["emissionfilename"], "emission is the same everywhere, as in pbrt-v4");
+    // In pbrt-v4 too the image does not emit: it says where on the patch to look for light, which changes noise alone.
+    p.without_effect(&["emissionfilename"]);
     let read = || {
         let Vertices { positions, normals, uvs } = vertices(p)?;
         let indices = faces(p, positions.len())?;
-        Some(PatchMesh { indices, positions, normals, uvs })
+        Some(PatchMesh { indices, positions, normals, tangents: None, uvs })
     };
     let add = |mesh| Geometry::Patches(cx.scene.patch_meshes.push(mesh, Origin::at(p.span())));
     read().map(add).into_iter().collect()
 }
 
 fn loop_subdivision(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
-    p.without_effect(&["levels", "scheme"]);
-    p.unsupported_plugin("unsupported-shape", "its control mesh is used as it is");
-    add_triangles(cx, p, triangles(p))
-}
-
-fn curve(_: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
-    p.without_effect(&["P", "N", "type", "basis", "degree", "width", "width0", "width1", "splitdepth"]);
-    p.unsupported_plugin("unsupported-shape", "it is left out");
-    Vec::new()
+    // There is one scheme.
+    p.without_effect(&["scheme"]);
+    let levels = p.count("levels", 3);
+    let read = || {
+        let positions = positions(p)?;
+        let indices = faces(p, positions.len())?;
+        let mesh = loop_subdivide(&indices, &positions, levels);
+        let complain = |reason| p.report().error("bad-mesh", p.span(), format!("can't subdivide: {reason}"));
+        mesh.map_err(complain).ok()
+    };
+    add_triangles(cx, p, read())
 }
 
 fn ply_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
-    p.unsupported(&["displacement"], "the surface stays as it is");
-    p.without_effect(&["edgelength"]);
+    let displacement = optional_float_param(cx, p, "displacement");
+    let edge_length = p.positive("edgelength", 1.0);
     let Some(name) = p.string("filename") else {
         if !p.has("filename") {
             p.report().error("missing-parameter", p.span(), "shape `plymesh` needs a `string filename`");
         }
         return Vec::new();
     };
-    let MeshFile { triangles, patches } = mesh_file(cx, name);
+    let meshes = mesh_file(cx, name);
+    if let Some(displacement) = displacement {
+        let displaced = |mesh| Geometry::Displaced { mesh, displacement, edge_length };
+        return all_triangles(cx, meshes).map(displaced).into_iter().collect();
+    }
+    let MeshFile { triangles, patches } = meshes;
     triangles.map(Geometry::Triangles).into_iter().chain(patches.map(Geometry::Patches)).collect()
+}
+
+/// All faces of a file as triangles, a quadrilateral cut in two.
+fn all_triangles(cx: &mut Context<'_>, meshes: MeshFile) -> Option<Handle<TriangleMesh>> {
+    let Some(patches) = meshes.patches else { return meshes.triangles };
+    let origin = cx.scene.patch_meshes.origin(patches).clone();
+    let PatchMesh { indices, positions, normals, tangents, uvs } = cx.scene.patch_meshes[patches].clone();
+    let halves = indices.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]);
+    // The meshes of a file share their vertices.
+    let triangles = meshes.triangles.map(|mesh| Arc::clone(&cx.scene.triangle_meshes[mesh].indices));
+    let indices = triangles.iter().flat_map(|indices| indices.iter().copied()).chain(halves).collect();
+    Some(cx.scene.triangle_meshes.push(TriangleMesh { indices, positions, normals, tangents, uvs }, origin))
 }
 
 /// The meshes in the file called `name`, which is read once however many shapes use it.

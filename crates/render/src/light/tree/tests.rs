@@ -7,7 +7,7 @@ use sahl_testkit::random::Rng;
 
 use super::*;
 use crate::light::select::{Facing, LightSelection};
-use crate::light::{AreaLight, DistantLight, Emission, Light, PointLight, SpotLight};
+use crate::light::{AreaLight, DistantLight, Emission, Light, PointLight, Presence, SpotLight};
 use crate::shape::{Emitter, SphereEmitter, TriangleEmitter};
 use crate::spectrum::{SpectralCurve, Wavelengths};
 
@@ -46,12 +46,22 @@ fn lights(count: usize, rng: &mut Rng) -> Vec<Light> {
                 }
                 2 => {
                     let sphere = SphereEmitter::new(position, 0.02, false);
-                    Light::Area(AreaLight::new(Emitter::Sphere(sphere), emission(value), false))
+                    Light::Area(AreaLight::new(
+                        Emitter::Sphere(sphere),
+                        emission(value),
+                        false,
+                        Presence::Share(1.0),
+                    ))
                 }
                 kind => {
                     let corners = [position, position + vector(rng) * 0.1, position + vector(rng) * 0.1];
                     let triangle = TriangleEmitter::new(corners, false, None);
-                    Light::Area(AreaLight::new(Emitter::Triangle(triangle), emission(value), kind == 3))
+                    Light::Area(AreaLight::new(
+                        Emitter::Triangle(triangle),
+                        emission(value),
+                        kind == 3,
+                        Presence::Share(1.0),
+                    ))
                 }
             }
         })

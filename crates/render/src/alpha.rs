@@ -1,0 +1,88 @@
+//! Surfaces that are partly there: alpha masks.
+//!
+//! Where a ray meets such a surface, alpha is the probability that the surface is there for that ray; the decision is a hash of the ray
+//! and the hit, so that a sample stays a pure function of what it is of. The search goes on behind a surface that is not there,
+//! along the same ray: the hits that count begin behind it.
+//!
+//! In a scene file: `Shape "plymesh" "string filename" "leaf.ply" "texture alpha" "leaf-shape"`.
+//!
+//! Source: Stochastic transparency of Enderton et al., *Stochastic Transparency*, 2010, as pbrt-v4 does it; there the ray starts anew from
+//! the surface.
+
+use sahl_accel::Hit;
+use sahl_math::{Ray, Vec3};
+
+use crate::sampler::{mix, to_unit};
+use crate::scene::SceneData;
+use crate::texture::{FloatSource, TexturePoint};
+
+impl SceneData {
+    /// Where `ray` first meets a surface that is there.
+    #[inline]
+    pub(crate) fn first_hit(&self, ray: &Ray) -> Option<Hit> {
+        let hit = self.accel.intersect(ray)?;
+        if self.has_alpha { self.first_there(*ray, hit) } else { Some(hit) }
+    }
+
+    /// Whether any surface along `ray` is there.
+    #[inline]
+    pub(crate) fn is_occluded(&self, ray: &Ray) -> bool {
+        if self.has_alpha { self.first_hit(ray).is_some() } else { self.accel.occluded(ray) }
+    }
+
+    /// The first hit of a surface that is there, beginning with the first hit.
+    #[inline(never)]
+    fn first_there(&self, mut ray: Ray, mut hit: Hit) -> Option<Hit> {
+        loop {
+            let alpha = self.attributes[hit.geometry as usize].alpha;
+            if alpha.is_none_or(|alpha| self.is_there(&alpha, &ray, &hit)) {
+                return Some(hit);
+            }
+            ray.t_min = hit.t;
+            hit = self.accel.intersect(&ray)?;
+        }
+    }
+
+    fn is_there(&self, alpha: &FloatSource, ray: &Ray, hit: &Hit) -> bool {
+        let at = self.interaction(ray, hit);
+        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
+        chance(ray, hit) < self.textures.float(alpha, &point)
+    }
+}
+
+/// A number in [0, 1) that looks random, and is the same for the same hit of the same ray.
+fn chance(ray: &Ray, hit: &Hit) -> f32 {
+    let mut key = 0;
+    let mut add = |a: u32, b: u32| key = mix(key ^ (u64::from(a) | u64::from(b) << 32));
+    let bits = |v: Vec3| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()];
+    let ([ox, oy, oz], [dx, dy, dz]) = (bits(ray.origin), bits(ray.direction));
+    add(ox, oy);
+    add(oz, dx);
+    add(dy, dz);
+    add(hit.t.to_bits(), hit.geometry);
+    add(hit.primitive, hit.instance);
+    to_unit((key >> 32) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chances_are_even_and_differ_from_hit_to_hit() {
+        let ray = Ray::new(Vec3::new(0.3, -2.0, 1e3), Vec3::new(0.1, 0.7, -0.5));
+        let hit = Hit { t: 1.0, u: 0.5, v: 0.5, geometry: 3, primitive: 7, instance: 2 };
+        let mut counts = [0; 10];
+        for i in 0..20_000 {
+            let mut ray = ray;
+            ray.direction.x += i as f32 * 1e-5;
+            let first = chance(&ray, &hit);
+            assert_eq!(first, chance(&ray, &hit));
+            assert!((0.0..1.0).contains(&first));
+            counts[(first * 10.0) as usize] += 1;
+        }
+        assert!(counts.iter().all(|&count: &i32| (count - 2000).abs() < 180), "{counts:?}");
+        let others = [Hit { t: 1.5, ..hit }, Hit { geometry: 4, ..hit }, Hit { primitive: 8, ..hit }];
+        assert!(others.iter().all(|other| chance(&ray, other) != chance(&ray, &hit)));
+    }
+}
