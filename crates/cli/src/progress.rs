@@ -156,6 +156,7 @@ impl Monitor {
                 "samples": status.samples_done,
                 "samples_total": status.samples_total,
                 "rays": status.rays,
+                "dropped": status.dropped,
                 "samples_per_second": samples,
                 "rays_per_second": rays,
             })),

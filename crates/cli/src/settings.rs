@@ -51,6 +51,7 @@ pub(crate) struct Edits {
     seed: Option<u64>,
     integrator: Option<IntegratorName>,
     max_depth: Option<u32>,
+    clamp_indirect: Option<f32>,
     width: Option<u32>,
     height: Option<u32>,
     crop: Option<Area>,
@@ -76,6 +77,7 @@ impl Settings {
             seed: args.sampling.seed,
             integrator: args.sampling.integrator,
             max_depth: args.sampling.max_depth,
+            clamp_indirect: args.sampling.clamp_indirect,
             width: resolution.map(|[width, _]| width),
             height: resolution.map(|[_, height]| height),
             crop: args.frame.crop.map(crop).or(args.frame.cropwindow.map(cropwindow)),
@@ -198,6 +200,7 @@ impl Edits {
             Some(IntegratorName::Ao) => *integrator = Integrator::Ao { max_distance: f32::INFINITY },
             Some(IntegratorName::Normals) => *integrator = Integrator::Normals,
         }
+        self.tame(integrator)?;
         match (self.max_depth, integrator) {
             (
                 Some(depth),
@@ -211,6 +214,25 @@ impl Edits {
             }
             (None, _) => Ok(()),
         }
+    }
+
+    /// Sets what trades bias for less noise.
+    fn tame(&self, integrator: &mut Integrator) -> Result<(), Failure> {
+        if let Some(limit) = self.clamp_indirect
+            && !(limit > 0.0 && limit.is_finite())
+        {
+            return Err(Failure::usage(format!("`--clamp-indirect {limit}`: expected a number above zero")));
+        }
+        match (self.clamp_indirect, integrator) {
+            (None, _) => {}
+            (limit, Integrator::Path(path)) => path.clamp_indirect = limit,
+            _ => {
+                return Err(Failure::usage(
+                    "`--clamp-indirect` has a meaning for the integrator `path` alone",
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Sets resolution and crop. A crop of the scene keeps its place in the picture when the resolution changes.

@@ -15,6 +15,7 @@ mod assets;
 mod framing;
 mod gzip;
 mod mtl;
+mod nanovdb;
 mod normals;
 mod obj;
 mod pbrt;

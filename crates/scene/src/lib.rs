@@ -36,7 +36,10 @@ pub use film::{Film, Filter, Sampler, SamplerKind};
 pub use integrator::{Integrator, LightSampler, PathTracer};
 pub use light::{AreaLight, Light, Radiance};
 pub use material::{Coat, ConductorReflectance, Hair, HairColor, Material, Relief, Roughness};
-pub use medium::{Coefficients, Emission, Medium, MediumInterface};
+pub use medium::{
+    CloudMedium, Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Medium, MediumInterface,
+    Region, RgbGridMedium, SparseGrid, SparseMedium, TemperatureScale,
+};
 pub use open_pbr::OpenPbr;
 pub use shape::{CurveKind, Curves, Geometry, Mesh, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};

@@ -52,6 +52,9 @@ pub(crate) struct SamplingArgs {
     /// Most bounces: 0 shows lamps only, 1 adds direct light.
     #[arg(long, value_name = "N")]
     pub(crate) max_depth: Option<u32>,
+    /// Limit each contribution of indirect light: fewer fireflies, darker images.
+    #[arg(long, value_name = "LIMIT")]
+    pub(crate) clamp_indirect: Option<f32>,
     /// How colour is carried. `spectral` is not available yet.
     #[arg(long, value_name = "MODE", default_value = "rgb")]
     pub(crate) color: ColorMode,

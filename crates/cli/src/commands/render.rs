@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use sahl::image::{EncodeOptions, Format, Layer, Metadata, Picture, ToneMap};
+use sahl::image::{Attribute, EncodeOptions, Format, Layer, Metadata, Picture, ToneMap};
 use sahl::render::{Film, RenderOptions, Rendered, Scene};
-use sahl::scene::{Integrator, SceneDesc};
+use sahl::scene::{Integrator, PathTracer, SceneDesc};
 use serde_json::json;
 
 use crate::args::{ProgressKind, RenderArgs};
@@ -167,7 +167,7 @@ impl Job<'_> {
             seed: Some(scene.sampler.seed),
             offset: [x0 as i32, y0 as i32],
             full_size: Some(rendered.film.resolution().map(|size| size as usize)),
-            ..Metadata::default()
+            attributes: attributes(&scene.integrator, &rendered.film),
         }
     }
 
@@ -236,6 +236,26 @@ impl Job<'_> {
         line.push_str(" replay one with `--pixel x,y`");
         self.console.line(&line);
     }
+}
+
+/// What makes the image differ from the expectation of unbiased samples.
+fn attributes(integrator: &Integrator, film: &Film) -> Vec<(String, Attribute)> {
+    let mut attributes = Vec::new();
+    if let Integrator::Path(PathTracer { clamp_indirect: Some(limit), .. }) = integrator {
+        attributes.push(("clampIndirect".to_owned(), Attribute::Float(*limit)));
+    }
+    if film.dropped() > 0 {
+        // The samples that can be replayed, as column, row and number.
+        let places: Vec<String> = film
+            .dropped_samples()
+            .iter()
+            .map(|sample| format!("{},{},{}", sample.pixel[0], sample.pixel[1], sample.index))
+            .collect();
+        let count = i32::try_from(film.dropped()).unwrap_or(i32::MAX);
+        attributes.push(("droppedSamples".to_owned(), Attribute::Int(count)));
+        attributes.push(("droppedSamplePlaces".to_owned(), Attribute::Text(places.join(" "))));
+    }
+    attributes
 }
 
 /// How a render came to its end.

@@ -78,7 +78,7 @@ impl Interpreter<'_> {
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Medium));
         let p = reader("medium", &kind, statement, &defaults, &report);
         p.without_effect(&["type"]);
-        let medium = translate::medium(&self.cx, &kind.text, &p);
+        let medium = translate::medium(&self.cx, &kind.text, &p, &self.state.transform());
         p.finish();
         medium
     }

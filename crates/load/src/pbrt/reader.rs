@@ -7,6 +7,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use sahl_image::ColorSpace;
 use sahl_math::{Vec2, Vec3};
 use sahl_scene::{Diagnostic, Span, suggest};
 
@@ -200,6 +201,24 @@ impl<'p> Reader<'p> {
             self.report.error("wrong-count", span, message);
         }
         array
+    }
+
+    /// Numbers, all finite.
+    pub(super) fn float_values(&self, name: &'static str) -> Option<&'p [f32]> {
+        self.floats(name, Kind::Float)
+    }
+
+    /// Colours, all finite and not negative, and the space in which they are given.
+    pub(super) fn rgb_values(&self, name: &'static str) -> Option<(&'p [[f32; 3]], ColorSpace)> {
+        let parameter = self.typed(name, &[Kind::Rgb])?;
+        let values = self.finite(parameter)?;
+        if let Some(index) = values.iter().position(|&value| value < 0.0) {
+            let span = self.report.value_span(parameter.value_span, index);
+            let message = format!("`{name}` of {} is negative here: expected zero or more", self.what);
+            self.report.error("invalid-value", span, message);
+            return None;
+        }
+        Some((values.as_chunks().0, parameter.color_space))
     }
 
     /// Integers.

@@ -96,9 +96,6 @@ fn lights_media_and_motion() {
         "`spot`",
     );
     assert!(matches!(scene.lights.values(), [Light::Spot { .. }]));
-    for kind in ["uniformgrid", "rgbgrid", "cloud", "nanovdb"] {
-        warned(&format!("WorldBegin MakeNamedMedium \"m\" \"string type\" \"{kind}\""), "unchanged");
-    }
     warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"", "motion");
     silent("WorldBegin ActiveTransform All Translate 1 0 0 Shape \"sphere\"");
     warned("Option \"forcediffuse\" true WorldBegin", "stay as they are");

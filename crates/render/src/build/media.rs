@@ -2,7 +2,7 @@
 
 use sahl_scene::{Diagnostic, Diagnostics, Integrator, MediumInterface, SceneDesc};
 
-use crate::medium::{Homogeneous, Medium};
+use crate::medium::{Cloud, DensityGrid, Homogeneous, Medium, RgbGrid, Sparse};
 
 /// Whether the scene has media, about the camera or behind a surface, and its integrator renders them.
 pub(super) fn are_honoured(description: &SceneDesc) -> bool {
@@ -36,6 +36,18 @@ pub(super) fn media(description: &SceneDesc, diagnostics: &mut Diagnostics) -> V
         media.push(match medium {
             sahl_scene::Medium::Homogeneous { coefficients, emission } => {
                 Medium::Homogeneous(Homogeneous::new(coefficients, emission.as_ref(), span, diagnostics))
+            }
+            sahl_scene::Medium::Grid(medium) => {
+                Medium::DensityGrid(Box::new(DensityGrid::new(medium, span, diagnostics)))
+            }
+            sahl_scene::Medium::RgbGrid(medium) => {
+                Medium::RgbGrid(Box::new(RgbGrid::new(medium, span, diagnostics)))
+            }
+            sahl_scene::Medium::Cloud(medium) => {
+                Medium::Cloud(Box::new(Cloud::new(medium, span, diagnostics)))
+            }
+            sahl_scene::Medium::Sparse(medium) => {
+                Medium::Sparse(Box::new(Sparse::new(medium, span, diagnostics)))
             }
         });
     }

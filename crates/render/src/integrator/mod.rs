@@ -17,7 +17,6 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use sahl_math::{Ray, Vec2};
-use sahl_scene::PathTracer;
 
 use crate::Aov;
 use crate::aov::Features;
@@ -112,11 +111,13 @@ pub(crate) fn new(
     media: bool,
 ) -> Box<dyn TileRenderer> {
     match *description {
-        sahl_scene::Integrator::Path(PathTracer { max_depth, light_sampler, .. }) => {
-            let selection = LightSelection::new(light_sampler, lights, scene_radius);
-            match media {
-                true => Box::new(Path::<true>::new(max_depth, selection)),
-                false => Box::new(Path::<false>::new(max_depth, selection)),
+        sahl_scene::Integrator::Path(settings) => {
+            let selection = LightSelection::new(settings.light_sampler, lights, scene_radius);
+            match (media, settings.clamp_indirect.is_some()) {
+                (false, false) => Box::new(Path::<false, false>::new(&settings, selection)),
+                (false, true) => Box::new(Path::<false, true>::new(&settings, selection)),
+                (true, false) => Box::new(Path::<true, false>::new(&settings, selection)),
+                (true, true) => Box::new(Path::<true, true>::new(&settings, selection)),
             }
         }
         sahl_scene::Integrator::Whitted { max_depth } => Box::new(Whitted::new(max_depth)),

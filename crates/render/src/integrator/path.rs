@@ -10,6 +10,7 @@ mod volume;
 
 use sahl_accel::Hit;
 use sahl_math::Ray;
+use sahl_scene::PathTracer;
 
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
@@ -22,11 +23,13 @@ use volume::{Flight, Vertex, Volume};
 
 /// Path tracing with next-event estimation, multiple importance sampling and Russian roulette.
 ///
-/// `MEDIA`: whether there are any. Scenes without them have an integrator of their own that knows nothing of them.
+/// `MEDIA`: whether there are any; `TAMED`: whether anything trades bias for less noise. Scenes without either have an
+/// integrator of their own that knows nothing of it.
 #[derive(Debug)]
-pub(crate) struct Path<const MEDIA: bool> {
+pub(crate) struct Path<const MEDIA: bool, const TAMED: bool> {
     max_depth: u32,
     selection: LightSelection,
+    clamp_indirect: f32,
 }
 
 /// From this depth on every path ends some time, however bright it is: light can be caught in glass without loss.
@@ -62,10 +65,25 @@ struct Arrival {
     pdf: Option<f32>,
 }
 
-impl<const MEDIA: bool> Path<MEDIA> {
-    /// Paths of at most `max_depth` bounces, with lights chosen by `selection`.
-    pub(crate) fn new(max_depth: u32, selection: LightSelection) -> Self {
-        Self { max_depth, selection }
+impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
+    /// Paths with the given settings, and with lights chosen by `selection`.
+    pub(crate) fn new(settings: &PathTracer, selection: LightSelection) -> Self {
+        let PathTracer { max_depth, clamp_indirect, .. } = *settings;
+        Self { max_depth, selection, clamp_indirect: clamp_indirect.unwrap_or(f32::INFINITY) }
+    }
+
+    /// What the path adds to the sample for light that it found.
+    ///
+    /// Light that was scattered more than once is limited where the settings say so: the whole contribution is scaled, so
+    /// that it keeps its colour.
+    #[inline]
+    fn contribution(&self, path: &Walk, found: Spectrum) -> Spectrum {
+        let light = path.throughput * found;
+        if !TAMED || path.depth < 2 {
+            return light;
+        }
+        let largest = light.max_component();
+        if largest > self.clamp_indirect { light * (self.clamp_indirect / largest) } else { light }
     }
 
     /// The weight of light that the path found by scattering, beside the sampling of that light with density
@@ -144,7 +162,7 @@ impl<const MEDIA: bool> Path<MEDIA> {
         let wo = -path.ray.direction;
 
         // Add what the surface emits.
-        path.radiance += path.throughput * self.emitted(tracer, at, path);
+        path.radiance += self.contribution(path, self.emitted(tracer, at, path));
 
         // End at the greatest depth.
         if path.depth == self.max_depth {
@@ -164,7 +182,7 @@ impl<const MEDIA: bool> Path<MEDIA> {
             } else {
                 self.direct(tracer, &scattering, &vantage)
             };
-            path.radiance += path.throughput * direct;
+            path.radiance += self.contribution(path, direct);
         }
 
         // Sample the direction from which the rest of the light comes.
@@ -186,7 +204,7 @@ impl<const MEDIA: bool> Path<MEDIA> {
     }
 }
 
-impl<const MEDIA: bool> Integrator for Path<MEDIA> {
+impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum {
         let mut path = Walk {
             ray,
@@ -210,7 +228,7 @@ impl<const MEDIA: bool> Integrator for Path<MEDIA> {
 
             // End with the light of the sky where there is none.
             let Some(hit) = hit else {
-                return path.radiance + path.throughput * self.escaped(tracer, &path);
+                return path.radiance + self.contribution(&path, self.escaped(tracer, &path));
             };
             let at = tracer.scene.interaction(&path.ray, &hit);
             if MEDIA && tracer.scene.is_border(&hit) {

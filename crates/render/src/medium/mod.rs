@@ -6,16 +6,23 @@
 //! Miller, Georgiev, Jarosz, *A Null-Scattering Path Integral Formulation of Light Transport*, SIGGRAPH 2019.
 //!
 //! The four lanes of a path see different matter, but share its points. One lane, the hero, chooses the distances; how
-//! likely the others would have chosen them is what the integrator's [`Rescaled`](crate::integrator) probabilities keep.
+//! likely the others would have chosen them is what the path integrator keeps.
 //!
 //! Deliberately absent: surfaces (the integrator crosses them), and estimates of transmittance (it makes them of walks).
 //!
 //! In a scene file: `MakeNamedMedium "fog" "string type" "homogeneous" "float scale" .1`, then
 //! `MediumInterface "fog" ""` before a shape.
 
+mod cloud;
 mod coefficients;
+mod density_grid;
+mod fire;
+mod grid;
 mod homogeneous;
+mod majorant;
 mod phase;
+mod rgb_grid;
+mod sparse;
 mod walk;
 
 use sahl_math::Ray;
@@ -25,7 +32,11 @@ use crate::spectrum::{Spectrum, Wavelengths};
 
 pub use phase::{HenyeyGreenstein, PhaseSample};
 
+pub(crate) use cloud::Cloud;
+pub(crate) use density_grid::DensityGrid;
 pub(crate) use homogeneous::Homogeneous;
+pub(crate) use rgb_grid::RgbGrid;
+pub(crate) use sparse::Sparse;
 pub(crate) use walk::{Collision, Next};
 
 /// Matter between surfaces.
@@ -33,6 +44,14 @@ pub(crate) use walk::{Collision, Next};
 pub(crate) enum Medium {
     /// The same everywhere.
     Homogeneous(Homogeneous),
+    /// Of a density on a grid.
+    DensityGrid(Box<DensityGrid>),
+    /// Of colours on a grid.
+    RgbGrid(Box<RgbGrid>),
+    /// Of a density that is noise.
+    Cloud(Box<Cloud>),
+    /// Of a density on a sparse grid.
+    Sparse(Box<Sparse>),
 }
 
 /// What a medium is like at a point, per metre.
@@ -72,6 +91,10 @@ impl Medium {
     ) -> Spectrum {
         match self {
             Self::Homogeneous(medium) => medium.walk(way, u, stream, visit),
+            Self::DensityGrid(medium) => medium.walk(way, u, stream, visit),
+            Self::RgbGrid(medium) => medium.walk(way, u, stream, visit),
+            Self::Cloud(medium) => medium.walk(way, u, stream, visit),
+            Self::Sparse(medium) => medium.walk(way, u, stream, visit),
         }
     }
 
@@ -79,6 +102,7 @@ impl Medium {
     pub(crate) fn transmittance(&self, way: &Way) -> Option<Spectrum> {
         match self {
             Self::Homogeneous(medium) => Some(medium.transmittance(way)),
+            Self::DensityGrid(_) | Self::RgbGrid(_) | Self::Cloud(_) | Self::Sparse(_) => None,
         }
     }
 
@@ -86,6 +110,10 @@ impl Medium {
     pub(crate) fn phase(&self) -> HenyeyGreenstein {
         match self {
             Self::Homogeneous(medium) => medium.phase,
+            Self::DensityGrid(medium) => medium.phase,
+            Self::RgbGrid(medium) => medium.phase,
+            Self::Cloud(medium) => medium.phase,
+            Self::Sparse(medium) => medium.phase,
         }
     }
 }

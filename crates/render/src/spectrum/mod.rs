@@ -6,7 +6,7 @@
 //!
 //! Deliberately absent: generics over colour, and colour management of images (the crate `sahl_image` has it).
 
-mod cie;
+pub(crate) mod cie;
 mod curve;
 mod named;
 

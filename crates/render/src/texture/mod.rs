@@ -17,7 +17,7 @@ mod compile;
 mod filter;
 mod image;
 mod mapping;
-mod noise;
+pub(crate) mod noise;
 mod pyramid;
 mod solid;
 

@@ -12,7 +12,7 @@ static PERMUTATION: &[u8; 256] = include_bytes!("../../../../data/noise/permutat
 const LACUNARITY: f32 = 1.99;
 
 /// Noise with gradients at the points of the unit lattice: zero there, within about ±1 between, and 256 in period.
-pub(super) fn noise(p: Vec3) -> f32 {
+pub(crate) fn noise(p: Vec3) -> f32 {
     // Far away floats have no fractions; the remainder keeps the cell's number in an i32.
     let p = p.map(|x| x % (1 << 30) as f32);
     let cell = p.map(f32::floor);

@@ -130,7 +130,7 @@ pub(crate) fn mean(scene: &SceneDesc) -> (f64, f64) {
     mean_of(scene, 0)
 }
 
-fn mean_of(scene: &SceneDesc, channel: usize) -> (f64, f64) {
+pub(crate) fn mean_of(scene: &SceneDesc, channel: usize) -> (f64, f64) {
     let film = rendered(scene).film;
     let picked = |image: &Image| -> Vec<f64> {
         values(image).iter().skip(channel).step_by(3).map(|&x| f64::from(x)).collect()

@@ -1,9 +1,10 @@
 //! What is asked for without measure is bounded, and told.
 
 use crate::common::*;
+use sahl_math::Transform;
 use sahl_render::{BuildOptions, RenderOptions, build, render};
 use sahl_scene::{
-    ConductorReflectance, Film, Integrator, Material, Origin, Roughness, Spectrum, SpectrumParam,
+    ConductorReflectance, Film, Integrator, Material, Origin, PathTracer, Roughness, Spectrum, SpectrumParam,
 };
 
 #[test]
@@ -53,4 +54,27 @@ fn what_overflows_on_the_film_is_dropped_everywhere_alike() {
     assert_eq!(rendered.film.dropped(), 4 * 4 * 3);
     assert!(values(&rendered.film.develop()).iter().all(|&value| value == 0.0));
     assert!(!scene.sample([0, 0], 0).is_kept);
+}
+
+#[test]
+fn clamping_leaves_direct_light_alone() {
+    let lit = |settings: PathTracer| {
+        let mut scene = empty(12, 16);
+        look_down(&mut scene, 3.0, 1.0);
+        let paper = diffuse(&mut scene, 0.7);
+        let floor = patch(&mut scene, square(4.0, 0.0));
+        add(&mut scene, floor, paper);
+        add_placed(&mut scene, sphere(0.5), paper, Transform::translate(0.0, 0.0, 0.5).unwrap());
+        sky(&mut scene, grey(1.0));
+        scene.integrator = Integrator::Path(settings);
+        values(&rendered(&scene).film.develop()).to_vec()
+    };
+    let free = lit(PathTracer::default());
+    let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<u32>>();
+    let loose = lit(PathTracer { clamp_indirect: Some(1e30), ..PathTracer::default() });
+    assert!(bits(&free) == bits(&loose), "a limit that nothing reaches changes nothing");
+    let tight = lit(PathTracer { clamp_indirect: Some(1e-6), ..PathTracer::default() });
+    let direct = lit(PathTracer { max_depth: 1, ..PathTracer::default() });
+    assert!(tight.iter().zip(&direct).all(|(tight, direct)| (tight - direct).abs() < 1e-4));
+    assert!(free.iter().sum::<f32>() > 1.02 * tight.iter().sum::<f32>());
 }

@@ -3,10 +3,12 @@
 use std::f32::consts::PI;
 
 use crate::common::*;
-use sahl_math::Vec3;
+use sahl_image::ColorSpace;
+use sahl_math::{Bounds3, Transform, Vec3};
 use sahl_scene::{
-    Coefficients, Emission, Handle, Integrator, Light, Material, Medium, MediumInterface, Origin, PathTracer,
-    SceneDesc, Spectrum,
+    Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Handle, Integrator, Light, Material,
+    Medium, MediumInterface, Origin, PathTracer, Region, RgbGridMedium, SceneDesc, Spectrum,
+    TemperatureScale,
 };
 
 fn homogeneous(sigma_a: [f32; 3], sigma_s: [f32; 3], g: f32) -> Medium {
@@ -55,10 +57,11 @@ fn a_slab_absorbs_by_the_law_of_beer_and_lambert() {
 fn a_slab_of_its_own_light_is_as_bright_as_a_wall_where_it_is_dense() {
     for (sigma, height) in [(0.3_f32, 1.0_f32), (2.0, 1.5)] {
         let mut scene = above(1024);
-        let Medium::Homogeneous { coefficients, .. } =
-            homogeneous([sigma, 2.0 * sigma, sigma], [0.0; 3], 0.0);
-        let emission = Some(Emission { radiance: Spectrum::srgb([1.0, 1.0, 0.5]), scale: 2.0 });
-        slab(&mut scene, Medium::Homogeneous { coefficients, emission }, height);
+        let mut medium = homogeneous([sigma, 2.0 * sigma, sigma], [0.0; 3], 0.0);
+        if let Medium::Homogeneous { emission, .. } = &mut medium {
+            *emission = Some(Emission { radiance: Spectrum::srgb([1.0, 1.0, 0.5]), scale: 2.0 });
+        }
+        slab(&mut scene, medium, height);
         for (channel, (radiance, factor)) in [(2.0, 1.0), (2.0, 2.0), (1.0, 1.0)].into_iter().enumerate() {
             let expected = radiance * (1.0 - (-factor * f64::from(sigma * height)).exp());
             expect_channel(&scene, channel, expected, 0.02, &format!("channel {channel} of {sigma}"));
@@ -201,4 +204,79 @@ fn without_media_the_integrator_is_the_one_that_knows_none() {
     let settings = PathTracer { media: false, ..PathTracer::default() };
     scene.integrator = Integrator::Path(settings);
     assert!(bare == bits(&scene));
+}
+
+/// A box of a medium between z = 0 and z = 1, wide enough to look like a slab.
+fn grid_region() -> Region {
+    let bounds = Bounds3 { min: Vec3::new(-60.0, -60.0, 0.0), max: Vec3::new(60.0, 60.0, 1.0) };
+    Region { bounds, medium_to_world: Transform::IDENTITY }
+}
+
+#[test]
+fn a_furnace_keeps_its_energy_in_uneven_matter() {
+    let values: Vec<f32> = (0..64).map(|i: i32| (i * i % 7) as f32).collect();
+    let colors = values.iter().map(|&x| [x, 0.5 * x, 2.0]).collect();
+    let none = Grid { resolution: [1; 3], values: [[0.0; 3]].into() };
+    let bounds = Bounds3 { min: Vec3::splat(-1.0), max: Vec3::ONE };
+    let region = Region { bounds, medium_to_world: Transform::IDENTITY };
+    let grid = Medium::Grid(GridMedium {
+        coefficients: Coefficients {
+            sigma_a: Spectrum::Constant(0.0),
+            sigma_s: Spectrum::srgb([1.0, 0.5, 2.0]),
+            scale: 1.0,
+            g: 0.4,
+        },
+        region,
+        density: Grid { resolution: [4; 3], values: values.into() },
+        emission: None,
+    });
+    let rgb = Medium::RgbGrid(RgbGridMedium {
+        region,
+        space: ColorSpace::Srgb,
+        sigma_a: Some(Grid { resolution: [4; 3], values: vec![none.values[0]; 64].into() }),
+        sigma_s: Some(Grid { resolution: [4; 3], values: colors }),
+        scale: 1.0,
+        g: 0.0,
+        emission: None,
+        emission_scale: 1.0,
+    });
+    for medium in [grid, rgb] {
+        let mut scene = furnace(None, [1.0; 3], 0.0, 400);
+        scene.media[Handle::new(0)] = medium;
+        for channel in 0..3 {
+            expect_channel(&scene, channel, 1.0, 0.02, "uneven");
+        }
+    }
+}
+
+#[test]
+fn hot_matter_has_the_colour_of_its_temperature() {
+    let light = |emission: GridEmission| {
+        let mut scene = above(256);
+        let medium = Medium::Grid(GridMedium {
+            coefficients: Coefficients {
+                sigma_a: Spectrum::Constant(1.0),
+                sigma_s: Spectrum::Constant(0.0),
+                scale: 20.0,
+                g: 0.0,
+            },
+            region: grid_region(),
+            density: Grid { resolution: [1; 3], values: [1.0].into() },
+            emission: Some(emission),
+        });
+        slab(&mut scene, medium, 1.0);
+        [0, 1, 2].map(|channel| mean_of(&scene, channel))
+    };
+    // Half as hot as the values say, and a hundred degrees less.
+    let grid = Grid { resolution: [1, 1, 1], values: [5712.0].into() };
+    let source = GridSource::Temperature(grid, TemperatureScale { offset: 0.0, scale: 0.5 });
+    let hot = light(GridEmission { source, scale: 3.0, scales: None });
+    // The same as a spectrum, whose luminance is one.
+    let source = GridSource::Spectrum(Spectrum::Blackbody(2856.0));
+    let same = light(GridEmission { source, scale: 1.0, scales: None });
+    let ratio = hot[1].0 / same[1].0;
+    for (hot, same) in hot.into_iter().zip(same) {
+        let noise = 4.5 * (hot.1 / ratio).hypot(same.1) + 2e-3 * same.0;
+        assert!((hot.0 / ratio - same.0).abs() < noise, "{hot:?} for {same:?} times {ratio}");
+    }
 }

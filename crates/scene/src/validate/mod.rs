@@ -12,7 +12,8 @@ mod texture;
 
 use crate::{
     Aperture, Arena, Camera, Diagnostic, Diagnostics, Film, Filter, FloatParam, Geometry, Handle, Integrator,
-    LensSystem, Material, Medium, Object, Origin, Projection, SceneDesc, Shape, Spectrum, SpectrumParam,
+    LensSystem, Material, Medium, Object, Origin, PathTracer, Projection, SceneDesc, Shape, Spectrum,
+    SpectrumParam,
 };
 
 impl SceneDesc {
@@ -34,6 +35,13 @@ impl SceneDesc {
         {
             let message =
                 format!("the distance of ambient occlusion is {max_distance}: expected more than zero");
+            check.error("bad-integrator", &NOWHERE, message);
+        }
+        if let Integrator::Path(PathTracer { clamp_indirect: Some(limit), .. }) = self.integrator
+            && !(limit > 0.0 && limit.is_finite())
+        {
+            let message =
+                format!("indirect light is clamped to {limit}: expected a finite number above zero");
             check.error("bad-integrator", &NOWHERE, message);
         }
         check.images();

@@ -69,6 +69,7 @@ fn path(p: &Reader<'_>, space: Space) -> PathTracer {
         max_depth: p.count("maxdepth", 5),
         light_sampler: chosen.unwrap_or_default(),
         media: space == Space::Filled,
+        clamp_indirect: None,
     }
 }
 

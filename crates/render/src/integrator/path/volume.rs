@@ -118,44 +118,6 @@ impl Walk {
         self.ray = at.spawn(self.ray.direction);
     }
 
-    /// Decides what happens at a tentative collision, and adds what the medium emits there.
-    fn collide(&mut self, collision: &Collision, max_depth: u32, flight: &mut Flight) -> Next {
-        let hero = self.volume.hero;
-        let Collision { properties, majorant, transmittance, u, .. } = *collision;
-        let lane = |spectrum: Spectrum| spectrum.lanes()[hero];
-
-        // Add emission, as if light had been absorbed here for certain.
-        if !properties.emission.is_zero() {
-            let tentative = transmittance * majorant / lane(transmittance * majorant);
-            let found = self.throughput * (transmittance / lane(transmittance * majorant));
-            let density = (self.volume.ratios.path * tentative).average();
-            self.radiance += found * properties.sigma_a * properties.emission / density;
-        }
-
-        // Choose between absorption, scattering, and that no matter was there.
-        let (absorbed, scattered) = (lane(properties.sigma_a), lane(properties.sigma_s));
-        let chosen = u * lane(majorant);
-        if chosen < absorbed || chosen < absorbed + scattered && self.depth == max_depth {
-            *flight = Flight::Ended;
-            return Next::Stop;
-        }
-        if chosen < absorbed + scattered {
-            self.depth += 1;
-            self.rescale(transmittance * properties.sigma_s);
-            *flight = Flight::Scattered;
-            return Next::Stop;
-        }
-        let nothing = (majorant - properties.sigma_a - properties.sigma_s).clamp(0.0, f32::MAX);
-        if lane(nothing) == 0.0 {
-            // Rounding alone leads here.
-            *flight = Flight::Ended;
-            return Next::Stop;
-        }
-        self.volume.ratios.light *= transmittance * majorant / lane(transmittance * nothing);
-        self.rescale(transmittance * nothing);
-        Next::Walk
-    }
-
     /// Takes a step whose density is `density`, lane by lane.
     fn rescale(&mut self, density: Spectrum) {
         let ratio = density / density.lanes()[self.volume.hero];
@@ -192,7 +154,7 @@ impl Vertex<'_> {
     }
 }
 
-impl<const MEDIA: bool> Path<MEDIA> {
+impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Goes from where the path is to the surface that `hit` found, or to infinity, through the medium in which it is.
     pub(super) fn fly(&self, tracer: &mut Tracer<'_>, path: &mut Walk, hit: Option<&Hit>) -> Flight {
         let scene = tracer.scene;
@@ -203,7 +165,7 @@ impl<const MEDIA: bool> Path<MEDIA> {
         let mut stream = path.volume.stream;
         let rest = medium.walk(&way, tracer.sampler.next_1d(), &mut stream, |collision| {
             vertex = collision.p;
-            path.collide(collision, self.max_depth, &mut flight)
+            self.collide(path, collision, &mut flight)
         });
         path.volume.stream = stream;
         match flight {
@@ -220,13 +182,52 @@ impl<const MEDIA: bool> Path<MEDIA> {
         flight
     }
 
+    /// Decides what happens at a tentative collision, and adds what the medium emits there.
+    fn collide(&self, path: &mut Walk, collision: &Collision, flight: &mut Flight) -> Next {
+        let hero = path.volume.hero;
+        let Collision { properties, majorant, transmittance, u, .. } = *collision;
+        let lane = |spectrum: Spectrum| spectrum.lanes()[hero];
+
+        // Add emission, as if light had been absorbed here for certain.
+        if !properties.emission.is_zero() {
+            let tentative = transmittance * majorant / lane(transmittance * majorant);
+            let density = (path.volume.ratios.path * tentative).average();
+            let found =
+                transmittance / lane(transmittance * majorant) * properties.sigma_a * properties.emission;
+            path.radiance += self.contribution(path, found / density);
+        }
+
+        // Choose between absorption, scattering, and that no matter was there.
+        let (absorbed, scattered) = (lane(properties.sigma_a), lane(properties.sigma_s));
+        let chosen = u * lane(majorant);
+        if chosen < absorbed || chosen < absorbed + scattered && path.depth == self.max_depth {
+            *flight = Flight::Ended;
+            return Next::Stop;
+        }
+        if chosen < absorbed + scattered {
+            path.depth += 1;
+            path.rescale(transmittance * properties.sigma_s);
+            *flight = Flight::Scattered;
+            return Next::Stop;
+        }
+        let nothing = (majorant - properties.sigma_a - properties.sigma_s).clamp(0.0, f32::MAX);
+        if lane(nothing) == 0.0 {
+            // Rounding alone leads here.
+            *flight = Flight::Ended;
+            return Next::Stop;
+        }
+        path.volume.ratios.light *= transmittance * majorant / lane(transmittance * nothing);
+        path.rescale(transmittance * nothing);
+        Next::Walk
+    }
+
     /// Scatters the path at the point `p` of a medium.
     fn scatter(&self, tracer: &mut Tracer<'_>, path: &mut Walk, medium: &Medium, p: Vec3) -> Flight {
         let (wo, phase, from) = (-path.ray.direction, medium.phase(), Vantage::in_space(p));
         if !self.selection.is_empty() {
             let vertex = Vertex::Medium { p, wo, phase };
-            path.radiance +=
-                path.throughput * self.direct_through_media(tracer, &mut path.volume, &vertex, &from);
+            let direct = self.direct_through_media(tracer, &mut path.volume, &vertex, &from);
+            path.radiance += self.contribution(path, direct);
         }
         let sample = phase.sample(wo, tracer.sampler.next_2d());
         path.volume.ratios.scatter(sample.pdf);

@@ -1,0 +1,16 @@
+//! NanoVDB volumes: reading ends, and whatever was understood can be validated and reported.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sahl_load::{MemoryAssets, load_pbrt};
+
+const SCENE: &[u8] = br#"WorldBegin
+    MakeNamedMedium "m" "string type" "nanovdb" "string filename" "input.nvdb""#;
+
+fuzz_target!(|bytes: &[u8]| {
+    let mut assets = MemoryAssets::default();
+    assets.insert("input.nvdb", bytes);
+    let loaded = load_pbrt("input.pbrt", SCENE.to_vec(), &assets);
+    let _ = loaded.scene.validate();
+    let _ = loaded.diagnostics.render_text(&loaded.sources, false);
+});
