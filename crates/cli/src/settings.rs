@@ -52,6 +52,7 @@ pub(crate) struct Edits {
     integrator: Option<IntegratorName>,
     max_depth: Option<u32>,
     clamp_indirect: Option<f32>,
+    regularize: bool,
     width: Option<u32>,
     height: Option<u32>,
     crop: Option<Area>,
@@ -78,6 +79,7 @@ impl Settings {
             integrator: args.sampling.integrator,
             max_depth: args.sampling.max_depth,
             clamp_indirect: args.sampling.clamp_indirect,
+            regularize: args.sampling.regularize,
             width: resolution.map(|[width, _]| width),
             height: resolution.map(|[_, height]| height),
             crop: args.frame.crop.map(crop).or(args.frame.cropwindow.map(cropwindow)),
@@ -223,15 +225,16 @@ impl Edits {
         {
             return Err(Failure::usage(format!("`--clamp-indirect {limit}`: expected a number above zero")));
         }
-        match (self.clamp_indirect, integrator) {
-            (None, _) => {}
-            (limit, Integrator::Path(path)) => path.clamp_indirect = limit,
-            _ => {
-                return Err(Failure::usage(
-                    "`--clamp-indirect` has a meaning for the integrator `path` alone",
-                ));
-            }
+        if self.clamp_indirect.is_none() && !self.regularize {
+            return Ok(());
         }
+        let Integrator::Path(path) = integrator else {
+            let message =
+                "`--clamp-indirect` and `--regularize` have a meaning for the integrator `path` alone";
+            return Err(Failure::usage(message));
+        };
+        path.clamp_indirect = self.clamp_indirect.or(path.clamp_indirect);
+        path.regularize |= self.regularize;
         Ok(())
     }
 

@@ -115,5 +115,5 @@ impl Features {
 
 fn albedo(tracer: &Tracer<'_>, at: &Interaction, ray: &Ray) -> Spectrum {
     let mut room = BsdfRoom::default();
-    tracer.bsdf(at, &mut room).albedo(at.shading.to_local(-ray.direction))
+    tracer.bsdf(at, false, &mut room).albedo(at.shading.to_local(-ray.direction))
 }

@@ -30,6 +30,9 @@ pub struct PathTracer {
     pub light_sampler: LightSampler,
     /// Whether media are there; without them space is empty, and [`crate::Material::Interface`] invisible.
     pub media: bool,
+    /// Whether near-mirrors are seen as rougher surfaces by light that was spread before (pbrt's `regularize`). That is a
+    /// bias, for less noise.
+    pub regularize: bool,
     /// The greatest value in any lane that one contribution of indirect light may have: of light that was scattered more
     /// than once on its way to the camera. That is a bias, for fewer fireflies; `None` leaves light as it is.
     pub clamp_indirect: Option<f32>,
@@ -38,7 +41,13 @@ pub struct PathTracer {
 impl Default for PathTracer {
     /// pbrt's default depth; media are there, and nothing is biased.
     fn default() -> Self {
-        Self { max_depth: 5, light_sampler: LightSampler::Tree, media: true, clamp_indirect: None }
+        Self {
+            max_depth: 5,
+            light_sampler: LightSampler::Tree,
+            media: true,
+            regularize: false,
+            clamp_indirect: None,
+        }
     }
 }
 

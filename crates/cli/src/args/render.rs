@@ -55,6 +55,9 @@ pub(crate) struct SamplingArgs {
     /// Limit each contribution of indirect light: fewer fireflies, darker images.
     #[arg(long, value_name = "LIMIT")]
     pub(crate) clamp_indirect: Option<f32>,
+    /// See mirrors as rougher by light that was spread before: less noise, softer caustics.
+    #[arg(long)]
+    pub(crate) regularize: bool,
     /// How colour is carried. `spectral` is not available yet.
     #[arg(long, value_name = "MODE", default_value = "rgb")]
     pub(crate) color: ColorMode,

@@ -29,6 +29,8 @@ fn only_the_integrators_of_pbrt_that_know_media_render_them() {
         assert_eq!(media, expected, "{name}");
     }
     assert!(matches!(silent("WorldBegin").integrator, Integrator::Path(PathTracer { media: true, .. })));
+    let scene = silent("Integrator \"volpath\" \"bool regularize\" true WorldBegin");
+    assert!(matches!(scene.integrator, Integrator::Path(PathTracer { regularize: true, .. })));
 }
 
 #[test]

@@ -113,7 +113,7 @@ pub(crate) fn new(
     match *description {
         sahl_scene::Integrator::Path(settings) => {
             let selection = LightSelection::new(settings.light_sampler, lights, scene_radius);
-            match (media, settings.clamp_indirect.is_some()) {
+            match (media, settings.regularize || settings.clamp_indirect.is_some()) {
                 (false, false) => Box::new(Path::<false, false>::new(&settings, selection)),
                 (false, true) => Box::new(Path::<false, true>::new(&settings, selection)),
                 (true, false) => Box::new(Path::<true, false>::new(&settings, selection)),

@@ -29,6 +29,7 @@ use volume::{Flight, Vertex, Volume};
 pub(crate) struct Path<const MEDIA: bool, const TAMED: bool> {
     max_depth: u32,
     selection: LightSelection,
+    regularize: bool,
     clamp_indirect: f32,
 }
 
@@ -51,6 +52,8 @@ struct Walk {
     arrival: Arrival,
     /// Bounces so far.
     depth: u32,
+    /// Whether one of them spread the light, so that it is looked at through no more than a blur.
+    spread: bool,
     /// What only scenes with media need.
     volume: Volume,
 }
@@ -68,8 +71,9 @@ struct Arrival {
 impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Paths with the given settings, and with lights chosen by `selection`.
     pub(crate) fn new(settings: &PathTracer, selection: LightSelection) -> Self {
-        let PathTracer { max_depth, clamp_indirect, .. } = *settings;
-        Self { max_depth, selection, clamp_indirect: clamp_indirect.unwrap_or(f32::INFINITY) }
+        let PathTracer { max_depth, regularize, clamp_indirect, .. } = *settings;
+        let clamp_indirect = clamp_indirect.unwrap_or(f32::INFINITY);
+        Self { max_depth, selection, regularize, clamp_indirect }
     }
 
     /// What the path adds to the sample for light that it found.
@@ -172,7 +176,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
 
         // Add light that comes straight from a light.
         let mut room = BsdfRoom::default();
-        let bsdf = tracer.bsdf(at, &mut room);
+        let bsdf = tracer.bsdf(at, TAMED && self.regularize && path.spread, &mut room);
         let vantage = Vantage::on_surface(at, wo, bsdf.reach());
         if !bsdf.is_specular() && !self.selection.is_empty() {
             let scattering = Scattering { at, bsdf: &bsdf, wo };
@@ -196,6 +200,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         path.eta_scale *= sample.eta * sample.eta;
         path.arrival = Arrival { from: vantage, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
         path.ray = at.spawn(wi);
+        path.spread |= TAMED && !sample.kind.is_specular();
         if MEDIA {
             path.volume.leave(tracer.scene, at, hit, wi);
             path.volume.ratios.scatter(sample.pdf);
@@ -213,6 +218,7 @@ impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
             eta_scale: 1.0,
             arrival: Arrival { from: Vantage::in_space(ray.origin), pdf: None },
             depth: 0,
+            spread: false,
             volume: if MEDIA { Volume::start(tracer) } else { Volume::EMPTY },
         };
         loop {

@@ -68,10 +68,11 @@ impl<'a> Tracer<'a> {
         self.is_occluded(&ray)
     }
 
-    /// How a surface scatters light; `room` is where a BSDF with many parameters is kept.
+    /// How a surface scatters light, made rougher where `regularize` is set; `room` is where a BSDF with many parameters is
+    /// kept.
     #[inline]
-    pub(crate) fn bsdf<'r>(&self, at: &Interaction, room: &'r mut BsdfRoom) -> Bsdf<'r> {
-        self.scene.bsdf(at, &self.wavelengths, false, room)
+    pub(crate) fn bsdf<'r>(&self, at: &Interaction, regularize: bool, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+        self.scene.bsdf(at, &self.wavelengths, regularize, room)
     }
 
     /// Radiance that a surface emits along `wo`.

@@ -40,7 +40,7 @@ impl Whitted {
         let wo = -ray.direction;
         let mut radiance = tracer.emitted(&at, wo);
         let mut room = BsdfRoom::default();
-        let bsdf = tracer.bsdf(&at, &mut room);
+        let bsdf = tracer.bsdf(&at, false, &mut room);
         let scattering = Scattering { at: &at, bsdf: &bsdf, wo };
 
         if !bsdf.is_specular() {

@@ -78,3 +78,29 @@ fn clamping_leaves_direct_light_alone() {
     assert!(tight.iter().zip(&direct).all(|(tight, direct)| (tight - direct).abs() < 1e-4));
     assert!(free.iter().sum::<f32>() > 1.02 * tight.iter().sum::<f32>());
 }
+
+#[test]
+fn only_light_that_was_spread_sees_rougher_mirrors() {
+    let lit = |regularize: bool, mirrored: bool| {
+        let mut scene = empty(12, 64);
+        look_down(&mut scene, 3.0, 0.4);
+        let reflectance = ConductorReflectance::Normal(SpectrumParam::Constant(Spectrum::Constant(0.9)));
+        let mirror = Material::Conductor { reflectance, roughness: Roughness::SMOOTH };
+        let mirror = scene.materials.push(mirror, Origin::default());
+        let paper = diffuse(&mut scene, 0.7);
+        let (floor, wall) = (patch(&mut scene, square(1.0, 0.0)), patch(&mut scene, square(0.6, 0.7)));
+        add(&mut scene, floor, if mirrored { mirror } else { paper });
+        // A mirror that faces down and is not in the camera's way.
+        let aside = Transform::translate(1.2, 0.0, 0.0).unwrap();
+        let wall = add_placed(&mut scene, wall, mirror, aside);
+        scene.shapes[wall].reverse_orientation = true;
+        let lamp = patch(&mut scene, square(0.2, 2.0));
+        let lamp = add_placed(&mut scene, lamp, paper, Transform::translate(-1.0, 0.0, 0.0).unwrap());
+        scene.shapes[lamp].reverse_orientation = true;
+        emit(&mut scene, lamp, 5.0);
+        scene.integrator = Integrator::Path(PathTracer { regularize, ..PathTracer::default() });
+        values(&rendered(&scene).film.develop()).to_vec()
+    };
+    assert_eq!(lit(false, true), lit(true, true), "mirrors alone spread nothing");
+    assert_ne!(lit(false, false), lit(true, false));
+}

@@ -52,9 +52,6 @@ pub(in super::super) fn integrator(name: &str, p: &Reader<'_>) -> Option<Integra
 }
 
 fn path(p: &Reader<'_>, space: Space) -> PathTracer {
-    if p.bool("regularize", false) {
-        p.unsupported(&["regularize"], "rough surfaces are not made rougher after the first bounce");
-    }
     let samplers = [
         ("bvh", Some(LightSampler::Tree)),
         ("power", Some(LightSampler::Power)),
@@ -69,6 +66,7 @@ fn path(p: &Reader<'_>, space: Space) -> PathTracer {
         max_depth: p.count("maxdepth", 5),
         light_sampler: chosen.unwrap_or_default(),
         media: space == Space::Filled,
+        regularize: p.bool("regularize", false),
         clamp_indirect: None,
     }
 }

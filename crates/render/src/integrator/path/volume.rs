@@ -233,6 +233,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         path.volume.ratios.scatter(sample.pdf);
         path.arrival = Arrival { from, pdf: Some(sample.pdf) };
         path.ray = Ray::new(p, sample.wi);
+        path.spread |= TAMED;
         if self.survives(tracer, path) { Flight::Scattered } else { Flight::Ended }
     }
 
