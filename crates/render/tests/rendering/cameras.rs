@@ -50,22 +50,18 @@ fn simple_lens(aperture_diameter: f32) -> LensSystem {
 
 #[test]
 fn glass_casts_the_irradiance_of_its_exit_pupil() {
-    let mut images = Vec::new();
     for diameter in [0.006, 0.012] {
         let projection = Projection::Realistic(simple_lens(diameter));
         let mut scene = under_the_sky(Camera { projection, ..Camera::default() });
         // A film of a few millimetres: all of it is near the axis.
         scene.film.diagonal = 0.004;
         let (found, deviation) = mean(&scene);
-        // π L r² / (r² + Z²), at the distance Z of the stop from the film, which is near the focal length.
+        // π L r² / (r² + Z²), Z being the distance of the stop from the film: by the lensmaker's formula 51.0 mm of focal length, an image
+        // 51.5 mm behind the principal plane, which lies 3.0 mm before the stop.
         let (radius, z) = (f64::from(diameter) * 0.5, 0.0485);
         let expected = 2.0 * PI * radius * radius / (radius * radius + z * z);
-        assert!((found / expected - 1.0).abs() < 0.08, "{found} ± {deviation}, not {expected}");
-        assert!(deviation < 0.02 * found, "{deviation}");
-        images.push(found);
+        assert!((found / expected - 1.0).abs() < 0.04, "{found} ± {deviation}, not {expected}");
     }
-    // Twice the diameter, four times the light, less what the slant takes.
-    assert!((images[1] / images[0] - 4.0).abs() < 0.1, "{images:?}");
 }
 
 #[test]
@@ -86,14 +82,14 @@ fn a_shaped_stop_lets_as_much_light_through_as_a_round_one() {
 
 #[test]
 fn a_lens_focuses_where_it_says() {
-    // A small bright disk in the plane of focus covers as many pixels as its image, and nothing else.
+    // The image of a small bright disk in the plane of focus is 1.2 pixels wide and lies on four; out of focus it is blurred over five.
     let mut scene = empty(16, 64);
     scene.film.diagonal = 0.02;
     let black = diffuse(&mut scene, 0.0);
     let to_world = Transform::translate(0.0, 0.0, 5.0).unwrap();
     let disk = sahl_scene::Geometry::Disk {
         height: 0.0,
-        radius: 0.2,
+        radius: 0.05,
         inner_radius: 0.0,
         phi_max: std::f32::consts::TAU,
     };
@@ -108,18 +104,17 @@ fn a_lens_focuses_where_it_says() {
         let brightest = values(&image).iter().copied().fold(0.0, f32::max);
         values(&image).iter().step_by(3).filter(|&&value| value > 0.02 * brightest).count()
     };
-    let (sharp, blurred) = (lit(5.0, &mut scene), lit(0.8, &mut scene));
-    assert!(sharp <= 21 && blurred > 2 * sharp, "{sharp} {blurred}");
+    let (sharp, blurred) = (lit(5.0, &mut scene), lit(0.3, &mut scene));
+    assert!(sharp <= 8 && blurred > 2 * sharp, "{sharp} {blurred}");
 }
 
 #[test]
 fn blocked_samples_are_black_in_features_too() {
-    let mut scene = under_the_sky(Camera {
-        // A stop so far behind the glass that the corners see nothing of it.
-        projection: Projection::Realistic(simple_lens(0.01)),
-        ..Camera::default()
-    });
-    scene.film.diagonal = 0.3;
+    // A stop so far behind the glass that the corners of the film see its rim through it.
+    let mut lens = simple_lens(0.01);
+    lens.elements[1].thickness = 0.03;
+    let mut scene = under_the_sky(Camera { projection: Projection::Realistic(lens), ..Camera::default() });
+    scene.film.diagonal = 0.1;
     let options =
         RenderOptions { threads: 1, aovs: vec![Aov::Depth, Aov::Albedo], ..RenderOptions::default() };
     let film = render(&built(&scene), &options, &()).film;
