@@ -107,11 +107,11 @@ impl<'a> Assembly<'a> {
         let vertices = TriangleVertices { world: &self.world, primitives: &self.primitives };
         let count = input.references.len() as u64;
         let nothing = (WideTree { root: None, depth: 0 }, 0.0);
-        let Some(tree) = build::build(input.references, input.extent, self.options, &vertices) else {
+        let Some(mut tree) = build::build(input.references, input.extent, self.options, &vertices) else {
             return nothing;
         };
-        let appended = layout::append_tree(trees, &tree, &vertices, cost).or_else(|layout::TooLarge| {
-            layout::append_tree(trees, &build::build_compact(&tree, &vertices), &vertices, cost)
+        let appended = layout::append_tree(trees, &mut tree, &vertices, cost).or_else(|layout::TooLarge| {
+            layout::append_tree(trees, &mut build::build_compact(&tree, &vertices), &vertices, cost)
         });
         appended.unwrap_or_else(|layout::TooLarge| {
             // All references are taken, by this tree or those before it.

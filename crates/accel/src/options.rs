@@ -19,7 +19,7 @@ pub enum Builder {
     BinnedSah,
     /// [`Self::BinnedSah`] with more cuts and more improvement, for several times the time.
     HighQuality,
-    /// For previews: neighbours on a space-filling curve become leaves, and the surface area heuristic divides the leaves. Quicker to
+    /// For previews: neighbours on a space-filling curve share a block, and the surface area heuristic divides the blocks. Quicker to
     /// build than [`Self::BinnedSah`], and slower to trace.
     ///
     /// Source: Lauterbach, Garland, Sengupta, Luebke, Manocha, *Fast BVH Construction on GPUs*, Computer Graphics Forum 28(2), 2009,

@@ -3,14 +3,13 @@
 use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
-use crate::build::{Extent, Reference};
+use crate::build::{Box8, Extent, Reference};
 use crate::geometry::curve::{CurvePart, Curves};
 use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
-use crate::kernel::{BLOCK_WIDTH, WIDTH};
-use crate::layout::Vertices;
+use crate::layout::{MOST_AT_ONCE, Vertices};
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
 use crate::world::{CurveSet, Geometry, PatchMesh, TriangleMesh, World};
@@ -27,6 +26,10 @@ const CHUNK: usize = 1 << 12;
 /// How many primitives are prepared before their extent is found.
 const PORTION: usize = 1 << 15;
 
+/// So many times the memory that references need is asked for: for parts of them, and for the rows of the tree that may take the memory
+/// over. To grow would mean to copy, and memory that is not used is not given.
+const ROOM: usize = 2;
+
 /// A primitive that a tree holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Item {
@@ -40,6 +43,32 @@ pub(crate) enum Item {
     Instance(u32),
     /// A place in [`Primitives::curve_parts`].
     Curve(u32),
+}
+
+impl Item {
+    /// Its kind, zero for triangles, and its id or place.
+    #[inline(always)]
+    pub(crate) fn encode(self) -> (u32, u32) {
+        match self {
+            Self::Triangle(id) => (0, id),
+            Self::Patch(place) => (1, place),
+            Self::Quadric(place) => (2, place),
+            Self::Instance(place) => (3, place),
+            Self::Curve(place) => (4, place),
+        }
+    }
+
+    /// What was encoded.
+    #[inline(always)]
+    pub(crate) fn decode(kind: u32, place: u32) -> Self {
+        match kind {
+            0 => Self::Triangle(place),
+            1 => Self::Patch(place),
+            2 => Self::Quadric(place),
+            3 => Self::Instance(place),
+            _ => Self::Curve(place),
+        }
+    }
 }
 
 /// A patch that is solved as a ruled surface.
@@ -135,9 +164,8 @@ impl Primitives {
         let mut sorted = geometries.to_vec();
         sorted.sort_unstable();
         sorted.dedup();
-        // With room for the parts of an eighth: to grow would mean to copy.
         let capacity = self.names.count(&sorted).min(self.space());
-        let references = Vec::with_capacity(capacity + capacity / 8);
+        let references = Vec::with_capacity(capacity * ROOM);
         let mut input = TreeInput { references, extent: Extent::EMPTY };
         for index in sorted {
             let start = input.references.len();
@@ -151,7 +179,7 @@ impl Primitives {
             self.collected += input.references.len() - start;
         }
         // What was dropped leaves its room behind, of every group.
-        input.references.shrink_to(input.references.len() + input.references.len() / 8);
+        input.references.shrink_to(input.references.len() * ROOM);
         input
     }
 
@@ -178,9 +206,13 @@ impl Primitives {
         let count = ids.len().min(self.space()).min(mesh.indices.len());
         self.dropped += (mesh.indices.len() - count) as u64;
         let prepare = |(offset, indices): (usize, &[u32; 3])| {
-            let item = Item::Triangle(ids.start + offset as u32);
-            let usable = vertices(&mesh.positions, *indices).filter(has_area);
-            usable.map_or(Reference::NONE, |vertices| Reference::around(vertices, item))
+            let found = indices.map(|index| mesh.positions.get(index as usize).copied());
+            let [Some(a), Some(b), Some(c)] = found else { return Reference::NONE };
+            let bounds = Box8::around([a, b, c]);
+            let id = ids.start + offset as u32;
+            // Coordinates that are NaN show in the area only.
+            let usable = bounds.is_within(MAX_COORDINATE) && has_area(&[a, b, c]);
+            if usable { Reference::triangle(bounds, id) } else { Reference::NONE }
         };
         // In portions that stay in the cache while their extent is found.
         for (portion, indices) in (0..).zip(mesh.indices[..count].chunks(PORTION)) {
@@ -304,24 +336,44 @@ impl Vertices for TriangleVertices<'_> {
         found.unwrap_or(NO_TRIANGLE)
     }
 
-    /// All indices first, then all positions, so that the processor waits for many of them at a time.
-    fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
-        let mut corners = [(&[] as &[Vec3], [0; 3]); WIDTH * BLOCK_WIDTH];
-        for (corners, &id) in corners.iter_mut().zip(ids) {
-            let name = self.primitives.name(id);
-            if let Some(Geometry::Triangles(mesh)) = self.world.geometries.get(name.geometry as usize)
-                && let Some(&indices) = mesh.indices.get(name.primitive as usize)
-            {
-                *corners = (&mesh.positions, indices);
+    fn triangles(&self, ids: &[u32], mut found: impl FnMut(usize, [Vec3; 3])) {
+        let mut start = 0;
+        while start < ids.len() {
+            // Those of the same mesh.
+            let geometry = self.primitives.name(ids[start]).geometry;
+            let of_mesh = self.primitives.names.ids(geometry);
+            let others = ids[start + 1..].iter().position(|id| !of_mesh.contains(id));
+            let end = others.map_or(ids.len(), |count| start + 1 + count);
+            if let Some(Geometry::Triangles(mesh)) = self.world.geometries.get(geometry as usize) {
+                gather(mesh, of_mesh.start, &ids[start..end], |place, vertices| {
+                    found(start + place, vertices);
+                });
+            } else {
+                (start..end).for_each(|place| found(place, self.triangle(ids[place])));
             }
+            start = end;
         }
-        for ((triangle, &id), (positions, [a, b, c])) in found.iter_mut().zip(ids).zip(corners) {
-            let vertex = |index: u32| positions.get(index as usize).copied();
-            *triangle = match (vertex(a), vertex(b), vertex(c)) {
-                (Some(a), Some(b), Some(c)) => [a, b, c],
-                _ => self.triangle(id),
-            };
+    }
+}
+
+/// Calls `found` with the place of each of some ids of a mesh, which begin at `first`, and with the vertices.
+///
+/// All indices are loaded first, then all positions, so that the processor waits for many of them at a time.
+#[inline(always)]
+fn gather(mesh: &TriangleMesh, first: u32, ids: &[u32], mut found: impl FnMut(usize, [Vec3; 3])) {
+    let mut corners = [[u32::MAX; 3]; MOST_AT_ONCE];
+    for (corners, &id) in corners.iter_mut().zip(ids) {
+        if let Some(&indices) = mesh.indices.get((id - first) as usize) {
+            *corners = indices;
         }
+    }
+    let vertex = |index: u32| mesh.positions.get(index as usize).copied();
+    for (place, &[a, b, c]) in corners[..ids.len().min(MOST_AT_ONCE)].iter().enumerate() {
+        let vertices = match (vertex(a), vertex(b), vertex(c)) {
+            (Some(a), Some(b), Some(c)) => [a, b, c],
+            _ => NO_TRIANGLE,
+        };
+        found(place, vertices);
     }
 }
 
@@ -332,15 +384,17 @@ impl TreeInput {
         let added = self.references[start..].par_chunks(CHUNK);
         let extent = added.map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
         self.extent = self.extent.union(extent);
-        let before = self.references.len();
-        let mut end = start;
-        for place in start..before {
-            let reference = self.references[place];
-            self.references[end] = reference;
+        let added = &mut self.references[start..];
+        let Some(first) = added.iter().position(Reference::is_none) else { return 0 };
+        let mut end = first;
+        for place in first..added.len() {
+            let reference = added[place];
+            added[end] = reference;
             end += usize::from(!reference.is_none());
         }
-        self.references.truncate(end);
-        (before - self.references.len()) as u64
+        let dropped = added.len() - end;
+        self.references.truncate(start + end);
+        dropped as u64
     }
 }
 
@@ -355,12 +409,13 @@ pub(crate) fn vertices<const N: usize>(positions: &[Vec3], indices: [u32; N]) ->
     found.iter().all(|&vertex| is_usable(vertex)).then_some(found)
 }
 
-/// Whether a triangle has an area other than zero.
+/// Whether a triangle has an area other than zero; no if a coordinate is NaN.
 #[inline]
 fn has_area(vertices: &[Vec3; 3]) -> bool {
     let [p0, p1, p2] = vertices.map(DVec3::from);
     let n = (p1 - p0).cross(p2 - p0);
-    n.x != 0.0 || n.y != 0.0 || n.z != 0.0
+    // Beyond the range of `f32` only where the vertices are.
+    n.dot(n) > 0.0
 }
 
 /// Whether all coordinates are numbers that can be computed with.

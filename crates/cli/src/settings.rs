@@ -96,7 +96,9 @@ impl Settings {
             tone_map: tone_map(args),
             build: build_with(match args.work.accel {
                 AccelName::Median => Builder::Median,
+                AccelName::Fast => Builder::Fast,
                 AccelName::Sah => Builder::BinnedSah,
+                AccelName::High => Builder::HighQuality,
             }),
             pixel: args.sampling.pixel.map(|PixelPosition(pixel)| pixel),
         };

@@ -6,6 +6,7 @@
 
 mod bins;
 mod clip;
+mod curve;
 mod fast;
 mod median;
 mod reference;
@@ -17,12 +18,13 @@ mod sweep;
 
 use sahl_math::Bounds3;
 
-use crate::kernel::{BLOCK_WIDTH, Machine};
+use crate::kernel::{BLOCK_WIDTH, Machine, Row};
 use crate::layout::Vertices;
 use crate::options::{BuildOptions, Builder};
 use crate::primitive::Item;
 
 use bins::Binning;
+pub(crate) use curve::Key;
 pub(crate) use reference::{Box8, Extent, Reference};
 use reinsertion::Effort;
 use spatial::Cutting;
@@ -36,31 +38,24 @@ pub(crate) const MAX_LEAF: usize = BLOCK_WIDTH;
 
 /// A binary tree over primitives in depth-first order.
 ///
-/// A leaf holds triangles, at most [`MAX_LEAF`], or one primitive of another kind.
+/// A leaf holds triangles, at most [`MAX_LEAF`], or one primitive of another kind; of some trees it holds several groups of these.
 #[derive(Clone, Debug)]
 pub(crate) struct BinaryTree {
     /// The root is node 0; the left child of node `i` is node `i + 1`.
     pub(crate) nodes: Vec<BinaryNode>,
-    /// What the leaves' ranges are of.
-    pub(crate) order: Order,
+    /// What the leaves' ranges are of: primitives as the builder moved them about, or groups of primitives, at most eight a leaf. There may
+    /// be more of them than the leaves hold.
+    pub(crate) references: Vec<Reference>,
+    /// Of a tree of groups: what the groups' ranges are of. A group is triangles that share a block, or one primitive of another kind.
+    pub(crate) grouped: Vec<Key>,
+    /// Memory that is needed no more.
+    pub(crate) spare: Vec<Row>,
 }
 
-/// Primitives in the order of a tree's leaves.
-#[derive(Clone, Debug)]
-pub(crate) enum Order {
-    /// As the builder moved them about; there may be more than the leaves hold.
-    References(Vec<Reference>),
-    /// Nothing but what they are.
-    Items(Vec<Item>),
-}
-
-impl Order {
-    #[inline]
-    pub(crate) fn item(&self, place: usize) -> Item {
-        match self {
-            Self::References(references) => references[place].item(),
-            Self::Items(items) => items[place],
-        }
+impl BinaryTree {
+    /// Whether the leaves hold groups of primitives.
+    pub(crate) fn is_of_groups(&self) -> bool {
+        !self.grouped.is_empty()
     }
 }
 
@@ -78,11 +73,6 @@ pub(crate) struct BinaryNode {
 impl BinaryNode {
     fn leaf(bounds: Bounds3, first: usize, count: usize) -> Self {
         Self { bounds, index: first as u32, count: count as u32 }
-    }
-
-    /// Makes a leaf hold other references.
-    fn set_range(&mut self, first: usize, count: usize) {
-        (self.index, self.count) = (first as u32, count as u32);
     }
 
     /// An inner node whose right child is not known yet.
@@ -128,7 +118,7 @@ pub(crate) fn build(
         Builder::Median => return Some(median::build(references, extent)),
         Builder::BinnedSah => (Cutting::DEFAULT, Effort::DEFAULT),
         Builder::HighQuality => (Cutting::HIGH, Effort::HIGH),
-        Builder::Fast => return Some(fast::build(&references, &extent, binning)),
+        Builder::Fast => return Some(fast::build(references, &extent, binning)),
     };
     let mut tree = spatial::build(references, extent, binning, cutting, vertices);
     reinsertion::optimize(&mut tree, effort);
@@ -137,13 +127,19 @@ pub(crate) fn build(
 
 /// A tree with leaves as full as can be over what another holds, for when that has too many of them.
 pub(crate) fn build_compact(tree: &BinaryTree, vertices: &impl Vertices) -> BinaryTree {
-    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    let whole = |leaf: &BinaryNode, place: usize| match tree.order.item(place) {
-        item @ Item::Triangle(id) => Reference::around(vertices.triangle(id), item),
-        other => Reference::new(&leaf.bounds, other),
+    let whole = |bounds: &Bounds3, item: Item| match item {
+        Item::Triangle(id) => Reference::around(vertices.triangle(id), item),
+        other => Reference::new(bounds, other),
     };
-    let mut references: Vec<Reference> =
-        leaves.flat_map(|leaf| leaf.range().map(move |place| whole(leaf, place))).collect();
+    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
+    let held = leaves.flat_map(|leaf| &tree.references[leaf.range()]);
+    let mut references: Vec<Reference> = if tree.is_of_groups() {
+        let items =
+            held.flat_map(|group| tree.grouped[group.range()].iter().map(move |key| (group, key.item())));
+        items.map(|(group, item)| whole(&group.bounds().bounds(), item)).collect()
+    } else {
+        held.map(|part| whole(&part.bounds().bounds(), part.item())).collect()
+    };
     // Parts of one triangle become one again.
     references.sort_unstable_by_key(Reference::key);
     references.dedup_by_key(|reference| reference.key());

@@ -57,6 +57,18 @@ impl Box8 {
         Self::point([point.x, point.y, point.z, 0.0])
     }
 
+    /// The box about a triangle.
+    #[inline(always)]
+    pub(crate) fn around([a, b, c]: [Vec3; 3]) -> Self {
+        Self::at(a).union(Self::at(b)).union(Self::at(c))
+    }
+
+    /// Whether no coordinate reaches beyond `limit`; NaN, which is in no box about points, counts as reaching beyond.
+    #[inline(always)]
+    pub(crate) fn is_within(&self, limit: f32) -> bool {
+        self.0.0.iter().fold(true, |within, &lane| within & (lane >= -limit))
+    }
+
     /// The part in both, with the free lanes of `other`.
     #[inline(always)]
     pub(crate) fn intersection(self, other: &Self) -> Self {
@@ -156,23 +168,40 @@ pub(crate) struct Reference(Box8);
 impl Reference {
     #[inline(always)]
     pub(crate) fn new(bounds: &Bounds3, item: Item) -> Self {
-        let (place, kind) = match item {
-            Item::Triangle(id) => (id, 0),
-            Item::Patch(place) => (place, 1),
-            Item::Quadric(place) => (place, 2),
-            Item::Instance(place) => (place, 3),
-            Item::Curve(place) => (place, 4),
-        };
+        let (kind, place) = item.encode();
         let mut lanes = Box8::new(bounds);
         lanes.0.0[3] = f32::from_bits(place);
         lanes.0.0[7] = f32::from_bits(kind);
         Self(lanes)
     }
 
+    /// The reference to a triangle with this box, whose free lanes are overwritten.
+    #[inline(always)]
+    pub(crate) fn triangle(mut bounds: Box8, id: u32) -> Self {
+        (bounds.0.0[3], bounds.0.0[7]) = (f32::from_bits(id), f32::from_bits(0));
+        Self(bounds)
+    }
+
     /// The reference to a part whose box it is; the free lanes say what of.
     #[inline(always)]
     pub(crate) fn part(bounds: Box8) -> Self {
         Self(bounds)
+    }
+
+    /// The reference to `count` primitives that stand together, the first of them at place `first`.
+    #[inline(always)]
+    pub(crate) fn group(bounds: &Box8, first: usize, count: usize) -> Self {
+        let mut lanes = *bounds;
+        lanes.0.0[3] = f32::from_bits(first as u32);
+        lanes.0.0[7] = f32::from_bits(count as u32);
+        Self(lanes)
+    }
+
+    /// The places of what [`Self::group`] refers to.
+    #[inline]
+    pub(crate) fn range(&self) -> std::ops::Range<usize> {
+        let first = self.place() as usize;
+        first..first + self.0.0.0[7].to_bits() as usize
     }
 
     /// Stands for a primitive that is left out; neutral in an [`Extent`].
@@ -182,6 +211,11 @@ impl Reference {
     #[inline(always)]
     pub(crate) fn around(vertices: [Vec3; 3], item: Item) -> Self {
         Self::new(&Bounds3::from_points(vertices), item)
+    }
+
+    #[inline(always)]
+    pub(crate) fn into_row(self) -> Row {
+        self.0.0
     }
 
     #[inline]
@@ -224,14 +258,7 @@ impl Reference {
     }
 
     pub(crate) fn item(&self) -> Item {
-        let place = self.place();
-        match self.0.0.0[7].to_bits() {
-            0 => Item::Triangle(place),
-            1 => Item::Patch(place),
-            2 => Item::Quadric(place),
-            3 => Item::Instance(place),
-            _ => Item::Curve(place),
-        }
+        Item::decode(self.0.0.0[7].to_bits(), self.place())
     }
 
     /// Orders references: triangles first, then by place.

@@ -14,7 +14,7 @@ use super::clip;
 use super::reference::{Box8, Extent, Reference};
 use super::sah::{split_in_the_middle, split_small};
 use super::split::{Halves, Range, Splitter, build_nodes};
-use super::{BinaryTree, Order, sweep};
+use super::{BinaryTree, sweep};
 use crate::kernel::{Isa, Lanes, Row, Task};
 use crate::layout::Vertices;
 
@@ -54,7 +54,7 @@ pub(super) fn build(
     slots.resize(count + free.min(MAX_PARTS * divisible), Reference::NONE);
     let splitter = SpatialSah { binning, cutting, vertices, min_overlap: cutting.overlap * root_area };
     let nodes = build_nodes(Range { slots: &mut slots, count, divisible, extent }, &splitter);
-    BinaryTree { nodes, order: Order::References(slots) }
+    BinaryTree { nodes, references: slots, grouped: Vec::new(), spare: Vec::new() }
 }
 
 /// The most parts a divisible triangle is cut into on average.

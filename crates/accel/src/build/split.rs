@@ -1,13 +1,18 @@
 //! What the top-down builders share: the recursion over slices, leaves of one kind, and the bound on the depth.
 
+use sahl_math::Bounds3;
+
 use super::reference::{Extent, Reference};
-use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF, Order};
+use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF};
 
 /// Ranges of at least this many primitives are split by two threads.
-const PARALLEL_RECURSION: usize = 1 << 13;
+const PARALLEL_RECURSION: usize = 1 << 12;
 
 /// How a builder splits a range of at least two references.
 pub(super) trait Splitter: Sync {
+    /// Whether a leaf may hold triangles only, or one other primitive.
+    const LEAVES_OF_ONE_KIND: bool = true;
+
     /// Reorders the range and tells how; `None` for a leaf, which is allowed for at most [`MAX_LEAF`] references.
     fn split(&self, range: &mut Range<'_>) -> Option<Halves>;
 }
@@ -93,14 +98,13 @@ pub(super) fn build_tree(
 ) -> BinaryTree {
     let count = references.len();
     let nodes = build_nodes(Range { slots: &mut references, count, divisible: 0, extent }, splitter);
-    BinaryTree { nodes, order: Order::References(references) }
+    BinaryTree { nodes, references, grouped: Vec::new(), spare: Vec::new() }
 }
 
 /// The nodes of a tree.
 pub(super) fn build_nodes(range: Range<'_>, splitter: &impl Splitter) -> Vec<BinaryNode> {
-    let mut nodes = Vec::with_capacity(range.count / 2);
-    Task { range, first: 0, depth: 0 }.build(splitter, &mut nodes);
-    nodes
+    let mut parts = Task { range, first: 0, depth: 0 }.build(splitter);
+    if parts.len() == 1 { parts.swap_remove(0) } else { parts.concat() }
 }
 
 /// A subtree to build.
@@ -112,31 +116,49 @@ struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Appends the subtree to `nodes`.
-    fn build(mut self, splitter: &impl Splitter, nodes: &mut Vec<BinaryNode>) {
-        let count = self.range.count;
+    /// The subtree's nodes, in as many lists as are made at the same time: one after the other they are its depth-first order.
+    fn build<S: Splitter>(mut self, splitter: &S) -> Vec<Vec<BinaryNode>> {
+        if self.range.count < PARALLEL_RECURSION {
+            let mut nodes = Vec::with_capacity(self.range.count / 2);
+            self.append(splitter, &mut nodes);
+            return vec![nodes];
+        }
         let bounds = self.range.extent.bounds.bounds();
-        self.keep_depth_for_cuts();
-        let halves = if count > 1 { splitter.split(&mut self.range) } else { None };
-        let Some(halves) = halves.or_else(|| self.separate_kinds()) else {
-            nodes.push(BinaryNode::leaf(bounds, self.first, count));
+        let Some(halves) = self.split(splitter) else {
+            return vec![vec![self.leaf(bounds)]];
+        };
+        let [left, right] = self.halve(halves);
+        let (left, right) = rayon::join(|| left.build(splitter), || right.build(splitter));
+        let mut node = BinaryNode::inner(bounds);
+        node.set_right(0, 1 + left.iter().map(Vec::len).sum::<usize>());
+        std::iter::once(vec![node]).chain(left).chain(right).collect()
+    }
+
+    /// Appends the subtree to `nodes`.
+    fn append<S: Splitter>(mut self, splitter: &S, nodes: &mut Vec<BinaryNode>) {
+        let bounds = self.range.extent.bounds.bounds();
+        let Some(halves) = self.split(splitter) else {
+            nodes.push(self.leaf(bounds));
             return;
         };
         let place = nodes.len();
         nodes.push(BinaryNode::inner(bounds));
         let [left, right] = self.halve(halves);
-        if count >= PARALLEL_RECURSION {
-            let mut appended = Vec::new();
-            rayon::join(|| left.build(splitter, nodes), || right.build(splitter, &mut appended));
-            let right_place = nodes.len();
-            nodes[place].set_right(place, right_place);
-            nodes.append(&mut appended);
-        } else {
-            left.build(splitter, nodes);
-            let right_place = nodes.len();
-            nodes[place].set_right(place, right_place);
-            right.build(splitter, nodes);
-        }
+        left.append(splitter, nodes);
+        let right_place = nodes.len();
+        nodes[place].set_right(place, right_place);
+        right.append(splitter, nodes);
+    }
+
+    /// Splits the range; `None` if it is to be a leaf.
+    fn split<S: Splitter>(&mut self, splitter: &S) -> Option<Halves> {
+        self.keep_depth_for_cuts();
+        let halves = if self.range.count > 1 { splitter.split(&mut self.range) } else { None };
+        halves.or_else(|| if S::LEAVES_OF_ONE_KIND { self.separate_kinds() } else { None })
+    }
+
+    fn leaf(&self, bounds: Bounds3) -> BinaryNode {
+        BinaryNode::leaf(bounds, self.first, self.range.count)
     }
 
     /// Where the depth is nearly used up nothing is cut, so that balanced splits can end within the bound.

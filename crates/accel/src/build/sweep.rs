@@ -43,30 +43,12 @@ pub(super) fn best_cut(machine: Machine, references: &[Reference], extent: &Exte
     machine.run(Search { references, extent })
 }
 
-/// The best split of a range in which each reference is a leaf.
-pub(super) fn best_cut_of_leaves(machine: Machine, references: &[Reference]) -> Option<Cut> {
-    machine.run(SearchLeaves { references })
-}
-
-struct SearchLeaves<'a> {
-    references: &'a [Reference],
-}
-
-impl Task for SearchLeaves<'_> {
-    type Output = Option<Cut>;
-
-    #[inline(always)]
-    fn run<I: Isa>(self, isa: I) -> Option<Cut> {
-        best_of_all(isa, self.references, |count| count as f32)
-    }
-}
-
 /// The best split on any axis.
 #[inline(always)]
-fn best_of_all<I: Isa>(isa: I, references: &[Reference], weight: impl Fn(u32) -> f32 + Copy) -> Option<Cut> {
+fn best_of_all<I: Isa>(isa: I, references: &[Reference]) -> Option<Cut> {
     let mut best = Cut::NONE;
     for axis in 0..3 {
-        improve(isa, &mut best, references, axis, weight);
+        improve(isa, &mut best, references, axis);
     }
     (best.left_count > 0 && best.cost > 0.0).then_some(best)
 }
@@ -84,7 +66,7 @@ impl Task for Search<'_> {
         if self.references.len() <= MAX_LEAF {
             return part_leaf(isa, self.references, self.extent);
         }
-        best_of_all(isa, self.references, blocks)
+        best_of_all(isa, self.references)
     }
 }
 
@@ -152,25 +134,19 @@ fn sorted(references: &[Reference], axis: usize) -> [u8; MAX_COUNT] {
 
 /// Replaces a cut by the best one on an axis if that costs less.
 #[inline(always)]
-fn improve<I: Isa>(
-    isa: I,
-    best: &mut Cut,
-    references: &[Reference],
-    axis: usize,
-    weight: impl Fn(u32) -> f32,
-) {
+fn improve<I: Isa>(isa: I, best: &mut Cut, references: &[Reference], axis: usize) {
     let order = sorted(references, axis);
     let count = references.len();
     let mut costs = [f32::INFINITY; MAX_COUNT];
     let mut bounds = Box8::EMPTY;
     for i in (1..count).rev() {
         bounds = bounds.union_on(isa, references[order[i] as usize].bounds());
-        costs[i] = bounds.half_area() * weight((count - i) as u32);
+        costs[i] = bounds.half_area() * blocks((count - i) as u32);
     }
     let mut bounds = Box8::EMPTY;
     for i in 1..count {
         bounds = bounds.union_on(isa, references[order[i - 1] as usize].bounds());
-        costs[i] += bounds.half_area() * weight(i as u32);
+        costs[i] += bounds.half_area() * blocks(i as u32);
     }
     let left_count = first_least(&costs);
     if costs[left_count] < best.cost {

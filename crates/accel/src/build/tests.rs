@@ -25,6 +25,7 @@ fn options(builder: Builder) -> BuildOptions {
     BuildOptions { builder, ..BuildOptions::default() }
 }
 
+/// Those whose leaves hold primitives.
 const TREES: [Builder; 3] = [Builder::Median, Builder::BinnedSah, Builder::HighQuality];
 
 /// Triangles that fill their boxes.
@@ -43,17 +44,9 @@ fn tree_of(input: &[Reference], options: &BuildOptions, vertices: &impl Vertices
 
 /// What the leaves hold, from left to right.
 fn in_leaves(tree: &BinaryTree) -> impl Iterator<Item = &Reference> {
-    let Order::References(references) = &tree.order else { panic!("the builder keeps references") };
+    assert!(!tree.is_of_groups());
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    leaves.flat_map(|leaf| &references[leaf.range()])
-}
-
-/// The references of a tree that keeps them.
-fn references_of(tree: &BinaryTree) -> &[Reference] {
-    match &tree.order {
-        Order::References(references) => references,
-        Order::Items(_) => panic!("the builder keeps no boxes"),
-    }
+    leaves.flat_map(|leaf| &tree.references[leaf.range()])
 }
 
 /// Checks the shape of a tree and returns its depth.
@@ -68,7 +61,7 @@ fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
         visited += 1;
         let node = &tree.nodes[place as usize];
         if node.is_leaf() {
-            let references = &references_of(tree)[node.range()];
+            let references = &tree.references[node.range()];
             assert!(references.len() <= MAX_LEAF);
             assert!(references.len() == 1 || references.iter().all(Reference::is_triangle));
             let total = references.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
@@ -271,5 +264,72 @@ fn compact_trees_have_full_leaves_of_whole_triangles() {
     for reference in in_leaves(&compact) {
         let (whole, tight) = (reference.bounds().bounds(), bounds[reference.place() as usize]);
         assert_eq!(whole.union(tight), whole);
+    }
+}
+
+/// Checks the shape of a tree of groups; returns what it holds in the order of the leaves.
+fn check_groups(tree: &BinaryTree, input: &[Reference]) -> Vec<Item> {
+    assert!(tree.is_of_groups());
+    let mut items = Vec::new();
+    let bounds_of = |item: Item| input.iter().find(|one| one.item() == item).map(|one| *one.bounds());
+    let mut pending = vec![(0_u32, 0_u32)];
+    while let Some((place, depth)) = pending.pop() {
+        assert!(depth <= MAX_DEPTH);
+        let node = &tree.nodes[place as usize];
+        if !node.is_leaf() {
+            let [left, right] = node.children(place);
+            pending.extend([(right, depth + 1), (left, depth + 1)]);
+            continue;
+        }
+        let groups = &tree.references[node.range()];
+        assert!(groups.len() <= crate::kernel::WIDTH);
+        let all = groups.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
+        assert_eq!(all.bounds(), node.bounds);
+        for group in groups {
+            let held: Vec<Item> = tree.grouped[group.range()].iter().map(|key| key.item()).collect();
+            assert!((1..=MAX_LEAF).contains(&held.len()));
+            assert!(held.len() == 1 || held.iter().all(|item| matches!(item, Item::Triangle(_))));
+            let tight = held.iter().filter_map(|&item| bounds_of(item)).fold(Box8::EMPTY, Box8::union);
+            assert_eq!(tight.bounds(), group.bounds().bounds());
+            items.extend(held);
+        }
+    }
+    items
+}
+
+#[test]
+fn fast_trees_hold_everything_once_in_groups_of_one_kind() {
+    let item = |i: u32| if i.is_multiple_of(11) { Item::Quadric(i) } else { Item::Triangle(i) };
+    for count in [1, 2, 8, 9, 64, 65, 3000] {
+        let bounds = boxes(&scattered(count), 0.01);
+        let input: Vec<Reference> =
+            bounds.iter().zip(0..).map(|(bounds, i)| Reference::new(bounds, item(i))).collect();
+        let tree = tree_of(&input, &options(Builder::Fast), &Diagonals(&bounds));
+        let mut places: Vec<u32> =
+            check_groups(&tree, &input).into_iter().map(|item| item.encode().1).collect();
+        places.sort_unstable();
+        assert!(places.into_iter().eq(0..count as u32));
+        let compact = build_compact(&tree, &Diagonals(&bounds));
+        assert_eq!(in_leaves(&compact).count(), count);
+    }
+    let at_one_place = boxes(&[Vec3::splat(0.25); 5000], 0.5);
+    let input = triangles(&at_one_place);
+    check_groups(&tree_of(&input, &options(Builder::Fast), &Diagonals(&at_one_place)), &input);
+}
+
+#[test]
+fn fast_trees_depend_on_neither_threads_nor_instruction_set() {
+    let bounds = boxes(&scattered(150_000), 0.001);
+    let by = |threads, tier| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let options = BuildOptions { tier: Some(tier), ..options(Builder::Fast) };
+        let tree = pool.install(|| tree_of(&triangles(&bounds), &options, &Diagonals(&bounds)));
+        let groups: Vec<_> = tree.references.iter().map(Reference::range).collect();
+        (tree.nodes, groups, tree.grouped)
+    };
+    let first = by(1, Tier::Scalar);
+    let tiers = Tier::ALL.into_iter().filter(|tier| tier.is_available()).map(|tier| (1, tier));
+    for (threads, tier) in tiers.chain([(2, Tier::detect()), (5, Tier::detect())]) {
+        assert!(first == by(threads, tier), "{threads} {tier:?}");
     }
 }

@@ -40,10 +40,16 @@ impl Rows {
         size_of_val(self.rows.as_slice()) as u64
     }
 
-    /// Takes so many more rows into use, and gives them to be written.
-    pub(crate) fn append(&mut self, count: usize) -> &mut [Row] {
+    /// Takes so many more rows into use, whatever they hold, and gives them to be written. The first ones are made of `spare` memory if it
+    /// is enough: the system takes longer to give new memory than rows to be written there.
+    pub(crate) fn append(&mut self, count: usize, spare: Vec<Row>) -> &mut [Row] {
         let start = self.len;
-        self.rows.par_extend(rayon::iter::repeat_n(Row::splat(0.0), count));
+        let needed = start + count + PADDING;
+        if start == 0 && needed <= spare.capacity() {
+            self.rows = spare;
+            self.rows.truncate(needed);
+        }
+        self.rows.par_extend(rayon::iter::repeat_n(Row::splat(0.0), needed - self.rows.len()));
         self.len += count;
         &mut self.rows[start..start + count]
     }
@@ -85,7 +91,7 @@ mod tests {
     fn appended_rows_follow_each_other_and_are_read_back() {
         let mut rows = Rows::default();
         for (count, value) in [(NODE_ROWS, 1.0), (BLOCK_ROWS, 2.0), (0, 3.0)] {
-            let appended = rows.append(count);
+            let appended = rows.append(count, Vec::new());
             assert_eq!(appended.len(), count);
             appended.fill(Row::splat(value));
         }
@@ -93,6 +99,21 @@ mod tests {
         assert_eq!(rows.bytes(), (32 * (NODE_ROWS + BLOCK_ROWS + PADDING)) as u64);
         assert!(rows.node(0).0.iter().all(|&row| row == Row::splat(1.0)));
         assert!(rows.block(NODE_ROWS as u32).0.iter().all(|&row| row == Row::splat(2.0)));
+    }
+
+    #[test]
+    fn the_first_rows_are_made_of_spare_memory() {
+        for room in [0, 20, 40, 50, 100] {
+            let mut rows = Rows::default();
+            let mut spare = Vec::with_capacity(room);
+            spare.resize(room * 3 / 4, Row::splat(7.0));
+            for (count, value) in [(30, 1.0), (15, 2.0)] {
+                rows.append(count, std::mem::take(&mut spare)).fill(Row::splat(value));
+            }
+            assert_eq!((rows.len(), rows.bytes()), (45, 32 * (45 + PADDING) as u64));
+            assert!(rows.node(0).0.iter().all(|&row| row == Row::splat(1.0)));
+            assert!(rows.block(30).0.iter().all(|&row| row == Row::splat(2.0)));
+        }
     }
 
     #[test]

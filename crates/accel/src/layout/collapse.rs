@@ -1,11 +1,10 @@
 //! From a binary tree to eight-wide nodes: writes what [`super::plan`] decided.
 
 use rayon::prelude::*;
-use sahl_math::Vec3;
 
 use super::plan::{Plan, Planner};
-use super::{Child, MAX_ROWS, Vertices, WideTree, WideTrees, lanes};
-use crate::build::{BinaryNode, BinaryTree, Box8};
+use super::{Child, MAX_ROWS, MOST_AT_ONCE, Vertices, WideTree, WideTrees, lanes};
+use crate::build::{BinaryTree, Box8, Reference};
 use crate::kernel::{
     BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, NODE_ROWS, Row, WIDTH, set_child, set_triangle,
 };
@@ -23,19 +22,20 @@ pub(crate) struct TooLarge;
 /// `other_cost` is that of a primitive that is not a triangle, in visits of nodes.
 pub(crate) fn append_tree(
     trees: &mut WideTrees,
-    tree: &BinaryTree,
+    tree: &mut BinaryTree,
     vertices: &impl Vertices,
     other_cost: &(impl Fn(Item) -> f32 + Sync),
 ) -> Result<(WideTree, f32), TooLarge> {
     let mut plans = vec![Plan::default(); tree.nodes.len()];
-    let cost = Planner { tree, other_cost }.plan(0, &mut plans);
+    let cost = Planner { tree: &*tree, other_cost }.plan(0, &mut plans);
     let root = trees.rows.len();
     let rows = cost.rows_of_root() as usize;
     if root + rows > MAX_ROWS {
         return Err(TooLarge);
     }
+    let memory = std::mem::take(&mut tree.spare);
     let collapse = Collapse { tree, plans: &plans, vertices };
-    let totals = collapse.write(0, trees.rows.append(rows), root as u32);
+    let totals = collapse.write(0, trees.rows.append(rows, memory), root as u32);
     trees.nodes += totals.nodes;
     trees.blocks += totals.blocks;
     trees.leaves += totals.leaves;
@@ -64,21 +64,32 @@ impl Totals {
     }
 }
 
-/// The children of a wide node: places of binary nodes, ascending.
-#[derive(Clone, Copy, Default)]
+/// What takes up a lane of a wide node.
+#[derive(Clone, Copy)]
+enum Lane {
+    /// A binary node with all below: its place.
+    Subtree(u32),
+    /// A group of primitives: its place.
+    Group(u32),
+}
+
+/// The children of a wide node, in the order of the tree.
+#[derive(Clone, Copy)]
 struct Children {
-    places: [u32; WIDTH],
+    lanes: [Lane; WIDTH],
     count: usize,
 }
 
 impl Children {
-    fn push(&mut self, place: u32) {
-        self.places[self.count % WIDTH] = place;
+    const NONE: Self = Self { lanes: [Lane::Subtree(0); WIDTH], count: 0 };
+
+    fn push(&mut self, lane: Lane) {
+        self.lanes[self.count % WIDTH] = lane;
         self.count += 1;
     }
 
-    fn as_slice(&self) -> &[u32] {
-        &self.places[..self.count]
+    fn as_slice(&self) -> &[Lane] {
+        &self.lanes[..self.count]
     }
 }
 
@@ -91,10 +102,9 @@ struct Collapse<'a, V> {
 impl<V: Vertices> Collapse<'_, V> {
     /// The children of the wide node that a binary one becomes.
     fn children(&self, place: u32) -> Children {
-        let mut children = Children::default();
+        let mut children = Children::NONE;
         if self.tree.nodes[place as usize].is_leaf() {
-            // Only the root becomes a node though it is a leaf.
-            children.push(place);
+            self.push_leaf(place, &mut children);
         } else {
             self.divide(place, WIDTH, &mut children);
         }
@@ -106,11 +116,42 @@ impl<V: Vertices> Collapse<'_, V> {
         let [left, right] = self.tree.nodes[place as usize].children(place);
         let left_lanes = self.plans[place as usize].left_lanes(lanes);
         for (child, lanes) in [(left, left_lanes), (right, lanes - left_lanes)] {
-            if self.plans[child as usize].is_divided(lanes) {
+            let plan = self.plans[child as usize];
+            let is_divided = plan.is_divided(lanes);
+            if self.tree.nodes[child as usize].is_leaf() && (is_divided || plan.is_leaf()) {
+                self.push_leaf(child, children);
+            } else if is_divided {
                 self.divide(child, lanes, children);
             } else {
-                children.push(child);
+                children.push(Lane::Subtree(child));
             }
+        }
+    }
+
+    /// Lists what a binary leaf becomes.
+    fn push_leaf(&self, place: u32, children: &mut Children) {
+        if self.tree.is_of_groups() {
+            let groups = self.tree.nodes[place as usize].range();
+            groups.for_each(|group| children.push(Lane::Group(group as u32)));
+        } else {
+            children.push(Lane::Subtree(place));
+        }
+    }
+
+    /// The node to be written below a lane with its plan; `None` for a leaf.
+    fn node_below(&self, lane: Lane) -> Option<(u32, Plan)> {
+        match lane {
+            Lane::Subtree(place) => {
+                Some((place, self.plans[place as usize])).filter(|(_, plan)| !plan.is_leaf())
+            }
+            Lane::Group(_) => None,
+        }
+    }
+
+    fn bounds(&self, lane: Lane) -> Box8 {
+        match lane {
+            Lane::Subtree(place) => Box8::new(&self.tree.nodes[place as usize].bounds),
+            Lane::Group(place) => *self.tree.references[place as usize].bounds(),
         }
     }
 
@@ -120,7 +161,7 @@ impl<V: Vertices> Collapse<'_, V> {
     fn write(&self, place: u32, rows: &mut [Row], start: u32) -> Totals {
         let children = self.children(place);
         let is_large = rows.len() >= PARALLEL_ROWS;
-        let (node, rest) = rows.split_at_mut(NODE_ROWS);
+        let Some((node, rest)) = rows.split_first_chunk_mut::<NODE_ROWS>() else { return Totals::default() };
         let mut references = [Child::NOTHING; WIDTH];
         let (mut totals, size) =
             self.write_leaves(&children, rest, start + NODE_ROWS as u32, &mut references);
@@ -128,9 +169,8 @@ impl<V: Vertices> Collapse<'_, V> {
         let (_, mut rest) = rest.split_at_mut(size);
         let mut next = start + (NODE_ROWS + size) as u32;
         let mut tasks = Vec::new();
-        for (reference, &child) in references.iter_mut().zip(children.as_slice()) {
-            let plan = self.plans[child as usize];
-            if !plan.is_leaf() {
+        for (reference, &lane) in references.iter_mut().zip(children.as_slice()) {
+            if let Some((child, plan)) = self.node_below(lane) {
                 let (below, after) = rest.split_at_mut(plan.rows as usize);
                 *reference = Child::Node(next).encode();
                 if is_large {
@@ -159,106 +199,116 @@ impl<V: Vertices> Collapse<'_, V> {
     ) -> (Totals, usize) {
         let mut blocks = Blocks::NONE;
         let mut totals = Totals::default();
-        for (reference, &child) in references.iter_mut().zip(children.as_slice()) {
-            if self.plans[child as usize].is_leaf() {
-                totals.leaves += 1;
-                *reference = match self.items(child).next() {
-                    Some(Item::Patch(place)) => Child::Patch(place),
-                    Some(Item::Quadric(place)) => Child::Quadric(place),
-                    Some(Item::Instance(place)) => Child::Instance(place),
-                    Some(Item::Curve(place)) => Child::Curve(place),
-                    Some(Item::Triangle(_)) | None => {
-                        blocks.push(self.items(child));
-                        next += BLOCK_ROWS as u32;
-                        Child::Block(next - BLOCK_ROWS as u32)
-                    }
-                }
-                .encode();
+        for (reference, &lane) in references.iter_mut().zip(children.as_slice()) {
+            if self.node_below(lane).is_some() {
+                continue;
             }
+            totals.leaves += 1;
+            *reference = match self.take_leaf(lane, &mut blocks) {
+                Item::Triangle(_) => {
+                    next += BLOCK_ROWS as u32;
+                    Child::Block(next - BLOCK_ROWS as u32)
+                }
+                Item::Patch(place) => Child::Patch(place),
+                Item::Quadric(place) => Child::Quadric(place),
+                Item::Instance(place) => Child::Instance(place),
+                Item::Curve(place) => Child::Curve(place),
+            }
+            .encode();
         }
         totals.blocks = blocks.count as u64;
         blocks.write(self.vertices, rows);
         (totals, blocks.count * BLOCK_ROWS)
     }
 
-    fn write_node(&self, children: &Children, references: &[u32; WIDTH], rows: &mut [Row]) {
+    fn write_node(&self, children: &Children, references: &[u32; WIDTH], node: &mut [Row; NODE_ROWS]) {
         let mut boxes = [Box8::EMPTY; WIDTH];
-        for (lanes, &child) in boxes.iter_mut().zip(children.as_slice()) {
-            *lanes = Box8::new(&self.tree.nodes[child as usize].bounds);
+        for (bounds, &lane) in boxes.iter_mut().zip(children.as_slice()) {
+            *bounds = self.bounds(lane);
         }
-        let lanes = lanes::assign(&boxes[..children.count]);
-        let mut node = EMPTY_NODE;
-        for ((&child, &reference), &lane) in children.as_slice().iter().zip(references).zip(&lanes) {
-            set_child(&mut node, lane, &self.tree.nodes[child as usize].bounds, reference);
+        let boxes = &boxes[..children.count];
+        if children.count < WIDTH {
+            *node = EMPTY_NODE;
         }
-        rows.copy_from_slice(&node);
+        for ((bounds, &reference), &lane) in boxes.iter().zip(references).zip(&lanes::assign(boxes)) {
+            set_child(node, lane % WIDTH, &bounds.bounds(), reference);
+        }
     }
 
-    /// What a subtree holds that becomes one leaf.
-    fn items(&self, place: u32) -> impl Iterator<Item = Item> {
-        // Its nodes follow each other; the ranges of its leaves need not.
-        let mut last = place as usize;
-        while !self.tree.nodes[last].is_leaf() {
-            last = self.tree.nodes[last].children(last as u32)[1] as usize;
+    /// What the leaf in a lane begins with; triangles become a block.
+    fn take_leaf(&self, lane: Lane, blocks: &mut Blocks) -> Item {
+        let BinaryTree { nodes, references, grouped, .. } = self.tree;
+        match lane {
+            Lane::Group(place) => {
+                blocks.take(grouped[references[place as usize].range()].iter().map(|key| key.item()))
+            }
+            Lane::Subtree(place) => {
+                // Its nodes follow each other; the ranges of its leaves need not.
+                let mut last = place as usize;
+                while !nodes[last].is_leaf() {
+                    last = nodes[last].children(last as u32)[1] as usize;
+                }
+                let leaves = nodes[place as usize..=last].iter().filter(|node| node.is_leaf());
+                blocks.take(leaves.flat_map(|leaf| &references[leaf.range()]).map(Reference::item))
+            }
         }
-        let leaves = self.tree.nodes[place as usize..=last].iter().filter(|node| node.is_leaf());
-        leaves.flat_map(BinaryNode::range).map(|place| self.tree.order.item(place))
     }
 }
 
 /// The triangles of a node's blocks. They are fetched together, so that the processor waits for many of them at a time.
 struct Blocks {
-    ids: [u32; WIDTH * BLOCK_WIDTH],
-    /// Where each block ends among the ids.
-    ends: [usize; WIDTH],
+    /// Those of each block after those of the block before.
+    ids: [u32; MOST_AT_ONCE],
+    /// Where each triangle goes: eight times its block, and its lane.
+    places: [u8; MOST_AT_ONCE],
+    /// How many triangles there are.
+    triangles: usize,
+    /// How many triangles each block has.
+    sizes: [u8; WIDTH],
     count: usize,
 }
 
 impl Blocks {
-    const NONE: Self = Self { ids: [u32::MAX; WIDTH * BLOCK_WIDTH], ends: [0; WIDTH], count: 0 };
+    const NONE: Self =
+        Self { ids: [0; MOST_AT_ONCE], places: [0; MOST_AT_ONCE], triangles: 0, sizes: [0; WIDTH], count: 0 };
 
-    /// Where the next block begins among the ids.
-    fn end(&self) -> usize {
-        if self.count == 0 { 0 } else { self.ends[self.count - 1] }
-    }
-
-    /// Adds a block of triangles; the ids ascend and are distinct.
-    fn push(&mut self, items: impl Iterator<Item = Item>) {
-        let start = self.end();
-        let ids = &mut self.ids[start..start + BLOCK_WIDTH];
+    /// Adds a block of triangles, or nothing for one primitive of another kind; returns the first of them.
+    fn take(&mut self, items: impl Iterator<Item = Item>) -> Item {
+        let mut ids = [u32::MAX; BLOCK_WIDTH];
         let mut found = 0;
         for (id, item) in ids.iter_mut().zip(items) {
-            if let Item::Triangle(triangle) = item {
-                *id = triangle;
-                found += 1;
-            }
+            let Item::Triangle(triangle) = item else { return item };
+            *id = triangle;
+            found += 1;
         }
+        let first = Item::Triangle(ids[0]);
         ids[..found].sort_unstable();
         // Parts of one triangle may have come together.
         let mut distinct = 0;
-        for i in 0..found {
-            if distinct == 0 || ids[i] != ids[distinct - 1] {
-                ids[distinct] = ids[i];
+        for &id in &ids[..found] {
+            if distinct == 0 || id != self.ids[self.triangles - 1] {
+                self.ids[self.triangles] = id;
+                self.places[self.triangles] = (self.count * BLOCK_WIDTH + distinct) as u8;
+                self.triangles += 1;
                 distinct += 1;
             }
         }
-        self.ends[self.count] = start + distinct;
+        self.sizes[self.count] = distinct as u8;
         self.count += 1;
+        first
     }
 
     /// Writes the blocks one after the other.
     fn write(&self, vertices: &impl Vertices, rows: &mut [Row]) {
-        let mut triangles = [[Vec3::ZERO; 3]; WIDTH * BLOCK_WIDTH];
-        vertices.triangles(&self.ids[..self.end()], &mut triangles);
-        let mut start = 0;
-        for (&end, rows) in self.ends[..self.count].iter().zip(rows.chunks_exact_mut(BLOCK_ROWS)) {
-            let mut block = EMPTY_BLOCK;
-            let ids = &self.ids[start..end];
-            for (lane, (&id, &vertices)) in ids.iter().zip(&triangles[start..end]).enumerate() {
-                set_triangle(&mut block, lane, vertices, id);
+        let (blocks, _) = rows.as_chunks_mut::<BLOCK_ROWS>();
+        for (block, &size) in blocks.iter_mut().zip(&self.sizes[..self.count]) {
+            if usize::from(size) < BLOCK_WIDTH {
+                *block = EMPTY_BLOCK;
             }
-            rows.copy_from_slice(&block);
-            start = end;
         }
+        vertices.triangles(&self.ids[..self.triangles], |i, vertices| {
+            let place = usize::from(self.places[i]);
+            set_triangle(&mut blocks[place / BLOCK_WIDTH], place % BLOCK_WIDTH, vertices, self.ids[i]);
+        });
     }
 }

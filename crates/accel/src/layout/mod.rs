@@ -15,7 +15,7 @@ mod plan;
 
 use sahl_math::Vec3;
 
-use crate::kernel::{Node, Row, Rows, TriangleBlock};
+use crate::kernel::{BLOCK_WIDTH, Node, Row, Rows, TriangleBlock, WIDTH};
 pub(crate) use collapse::{TooLarge, append_tree};
 
 /// Trees in the form in which they are traversed.
@@ -154,13 +154,17 @@ impl Child {
 pub(crate) trait Vertices: Sync {
     fn triangle(&self, id: u32) -> [Vec3; 3];
 
-    /// Those of up to 64 triangles, in the order of `ids`.
-    fn triangles(&self, ids: &[u32], found: &mut [[Vec3; 3]]) {
-        for (&id, triangle) in ids.iter().zip(found) {
-            *triangle = self.triangle(id);
+    /// Calls `found` with the place of each of up to [`MOST_AT_ONCE`] ids, in order, and with the triangle's vertices.
+    #[inline]
+    fn triangles(&self, ids: &[u32], mut found: impl FnMut(usize, [Vec3; 3])) {
+        for (place, &id) in ids.iter().enumerate() {
+            found(place, self.triangle(id));
         }
     }
 }
+
+/// How many triangles are asked for at once: those of a node's blocks.
+pub(crate) const MOST_AT_ONCE: usize = WIDTH * BLOCK_WIDTH;
 
 impl<F: Fn(u32) -> [Vec3; 3] + Sync> Vertices for F {
     fn triangle(&self, id: u32) -> [Vec3; 3] {

@@ -38,6 +38,11 @@ impl Plan {
         Self { bits: LEAF | (MAX_LANES as u32) << THRESHOLD_SHIFT, rows }
     }
 
+    /// Of a binary leaf that holds so many groups: they take up the lanes if there are enough, and those of a node otherwise.
+    fn groups(lanes: usize, rows_of_node: u32) -> Self {
+        Self { bits: ((lanes - 1) as u32) << THRESHOLD_SHIFT, rows: rows_of_node }
+    }
+
     /// Whether it becomes one leaf where lanes are not divided, and a node otherwise.
     #[inline]
     pub(super) fn is_leaf(self) -> bool {
@@ -91,6 +96,19 @@ impl Cost {
             is_single: true,
         }
     }
+
+    /// Of a binary leaf that holds at least two groups, which together have this cost and take these rows.
+    fn groups(lanes: usize, cost: f32, area: f32, rows: u32) -> Self {
+        let (as_node, node_rows) = (area + cost, rows + NODE_ROWS as u32);
+        Self {
+            lanes: std::array::from_fn(|k| if k + 1 < lanes { as_node } else { cost }),
+            rows: std::array::from_fn(|k| if k + 1 < lanes { node_rows } else { rows }),
+            as_node,
+            node_rows,
+            triangles: Self::MANY,
+            is_single: lanes > MAX_LANES,
+        }
+    }
 }
 
 /// Plans trees.
@@ -108,8 +126,8 @@ impl<C: Fn(Item) -> f32 + Sync> Planner<'_, C> {
         let node = &self.tree.nodes[place];
         let (plan, below) = plans.split_first_mut().expect("every node has a plan");
         if node.is_leaf() {
-            let cost = self.leaf(node);
-            *plan = Plan::leaf(cost.rows[0]);
+            let (cost, decided) = self.leaf(node);
+            *plan = decided;
             return cost;
         }
         let [left, right] = node.children(place as u32).map(|child| child as usize);
@@ -124,12 +142,32 @@ impl<C: Fn(Item) -> f32 + Sync> Planner<'_, C> {
         cost
     }
 
-    fn leaf(&self, node: &BinaryNode) -> Cost {
+    fn leaf(&self, node: &BinaryNode) -> (Cost, Plan) {
         let area = node.bounds.half_area();
-        let range = node.range();
-        match self.tree.order.item(range.start) {
-            Item::Triangle(_) => Cost::leaf(area * BLOCK_COST, area, range.len() as u32, BLOCK_ROWS as u32),
-            other => Cost::leaf(area * (self.other_cost)(other), area, Cost::MANY, 0),
+        let held = &self.tree.references[node.range()];
+        if !self.tree.is_of_groups() {
+            let (cost, rows) = self.leaf_of_one(held[0].item(), area);
+            let triangles = if rows > 0 { held.len() as u32 } else { Cost::MANY };
+            return (Cost::leaf(cost, area, triangles, rows), Plan::leaf(rows));
+        }
+        let (mut cost, mut rows) = (0.0, 0);
+        for group in held {
+            let first = self.tree.grouped[group.range().start].item();
+            let of_one = self.leaf_of_one(first, group.bounds().half_area());
+            (cost, rows) = (cost + of_one.0, rows + of_one.1);
+        }
+        if held.len() == 1 {
+            return (Cost::leaf(cost, area, Cost::MANY, rows), Plan::leaf(rows));
+        }
+        let cost = Cost::groups(held.len(), cost, area, rows);
+        (cost, Plan::groups(held.len(), cost.node_rows))
+    }
+
+    /// What a leaf of half area `area` costs that begins with `item`, and the rows it takes.
+    fn leaf_of_one(&self, item: Item, area: f32) -> (f32, u32) {
+        match item {
+            Item::Triangle(_) => (area * BLOCK_COST, BLOCK_ROWS as u32),
+            other => (area * (self.other_cost)(other), 0),
         }
     }
 }

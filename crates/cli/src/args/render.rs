@@ -182,8 +182,14 @@ pub(crate) enum CurveName {
 /// How the tree over the shapes is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AccelName {
+    /// Halves at the median: to learn from and to compare with
     Median,
+    /// Built most quickly, traced more slowly: for previews
+    Fast,
+    /// By the surface area heuristic: for most renders
     Sah,
+    /// The best trees, for several times the time: for renders that take hours
+    High,
 }
 
 /// How progress is told.

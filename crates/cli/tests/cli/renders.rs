@@ -166,5 +166,8 @@ fn the_gallery_and_the_built_in_scene_are_one() {
     let path = scene("gallery/cornell-box.pbrt");
     let built_in = render(&folder, "a.exr", &[]);
     assert!(render(&folder, "b.exr", &[path.to_str().unwrap()]) == built_in);
-    assert!(render(&folder, "c.exr", &["--accel", "median"]) == built_in, "trees do not change the image");
+    for builder in ["median", "fast", "sah", "high"] {
+        let other = render(&folder, "c.exr", &["--accel", builder]);
+        assert!(other == built_in, "trees do not change the image: {builder}");
+    }
 }
