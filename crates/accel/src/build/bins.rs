@@ -1,8 +1,8 @@
 //! Bins: what a range of references holds between equidistant planes, and the best plane to split at.
 //!
 //! Source: Wald, *On Fast Construction of SAH-based Bounding Volume Hierarchies*, Interactive Ray Tracing 2007. Deviations: all
-//! three axes are binned in one pass, costs count blocks of triangles, which are tested at once, and of large ranges only a
-//! sample is binned.
+//! three axes are binned in one pass, costs count blocks of triangles, which are tested at once, of large ranges only a sample is
+//! binned, and of small ones into fewer bins.
 
 use rayon::prelude::*;
 
@@ -14,8 +14,16 @@ use crate::kernel::{Isa, Lanes, Machine, Row, Task};
 /// The most bins an axis.
 pub(super) const MAX_BINS: usize = 16;
 
-/// Of ranges of at least this many references a sample is binned.
-const SAMPLED: usize = 1 << 12;
+/// Of ranges of at least this many references a sample is binned. Against 4096 the expected cost of rays differs by less than 0.3 % on four
+/// models; with 256, where a sample is 32 references, it grows by 0.6 % on one.
+const SAMPLED: usize = 1 << 9;
+
+/// Smaller ranges ...
+const FEW: usize = 64;
+
+/// ... get no more bins than these. Against 16 the expected cost of rays differs by less than 0.1 % on three of four models and is 0.6 %
+/// lower on one, with 1 % to 2 % more blocks.
+const FEWER_BINS: usize = 8;
 
 /// Of every so many references ...
 const SAMPLE_STRIDE: usize = 64;
@@ -42,12 +50,25 @@ pub(super) struct Binning {
     pub(super) machine: Machine,
 }
 
-/// The split of a range between bins.
+/// A split of a range that was found and not made.
 #[derive(Clone, Copy)]
-pub(super) struct BinSplit {
-    pub(super) halves: Halves,
-    pub(super) axis: usize,
-    pub(super) cost: f32,
+pub(super) struct ObjectSplit {
+    mapping: Mapping,
+    plane: Plane,
+    /// The boxes about both sides, if a sample was binned about those of the sample.
+    pub(super) bounds: [Box8; 2],
+    /// If a sample was binned: the bins of what may not be cut.
+    pub(super) sample: Option<Bins>,
+}
+
+impl ObjectSplit {
+    pub(super) fn cost(&self) -> f32 {
+        self.plane.cost
+    }
+
+    pub(super) fn axis(&self) -> usize {
+        self.plane.axis
+    }
 }
 
 impl Binning {
@@ -56,32 +77,57 @@ impl Binning {
         Self { bins: (bins as usize).clamp(2, MAX_BINS), machine }
     }
 
-    /// Splits where it costs least; `None` where all costs are NaN, infinite or zero, for boxes beyond the range of `f32` or
-    /// without area.
-    pub(super) fn split(&self, range: &mut Range<'_>) -> Option<BinSplit> {
-        let count = self.bins;
-        let mapping = Mapping::new(&range.extent.centers, count);
-        if range.count >= SAMPLED {
-            let mut bins = Bins::EMPTY;
-            self.fill_sample(range, &mapping, &mut bins);
-            if let Some(plane) = self.best_plane(&bins, count) {
-                let split = self.partition(range, &mapping, plane, None);
-                if split.cost <= plane.cost * TOLERANCE {
-                    return Some(split);
-                }
-            }
-        }
-        let mut bins = Bins::EMPTY;
-        self.fill(range.references(), &mapping, &mut bins);
-        let plane = self.best_plane(&bins, count)?;
-        let bounds = bins.sides(plane, count);
-        Some(self.partition(range, &mapping, plane, Some(bounds)))
+    /// Whether there are [`MAX_BINS`].
+    pub(super) fn has_all_bins(&self) -> bool {
+        self.bins == MAX_BINS
     }
 
-    /// Bins what may be cut and a sample of the others.
-    fn fill_sample(&self, range: &Range<'_>, mapping: &Mapping, bins: &mut Bins) {
-        self.fill_others(range, mapping, bins);
-        self.fill_chunk(&range.slots[..range.divisible], mapping, bins);
+    /// Splits where it costs least; `None` as of [`Self::find`].
+    pub(super) fn split(&self, range: &mut Range<'_>) -> Option<Halves> {
+        let found = self.find(range)?;
+        self.make(range, &found)
+    }
+
+    /// Where to split for the least cost; `None` where all costs are NaN, infinite or zero, for boxes beyond the range of `f32` or
+    /// without area.
+    #[inline(never)]
+    pub(super) fn find(&self, range: &Range<'_>) -> Option<ObjectSplit> {
+        let sampled = if range.count >= SAMPLED { self.find_by_sample(range) } else { None };
+        sampled.or_else(|| self.find_by_all(range))
+    }
+
+    fn find_by_sample(&self, range: &Range<'_>) -> Option<ObjectSplit> {
+        // As of splits of space, for which the bins are used once more.
+        let mapping = Mapping::new(&range.extent.bounds, self.bins).doubled();
+        let mut others = Bins::EMPTY;
+        self.fill_others(range, &mapping, &mut others);
+        let mut bins = others;
+        self.fill_chunk(&range.slots[..range.divisible], &mapping, &mut bins);
+        let plane = self.best_plane(&bins, self.bins)?;
+        Some(ObjectSplit { mapping, plane, bounds: bins.sides(plane, self.bins), sample: Some(others) })
+    }
+
+    fn find_by_all(&self, range: &Range<'_>) -> Option<ObjectSplit> {
+        let count = if range.count < FEW { self.bins.min(FEWER_BINS) } else { self.bins };
+        let mapping = Mapping::new(&range.extent.centers, count);
+        let mut bins = Bins::EMPTY;
+        self.fill(&range.slots[..range.count], &mapping, &mut bins);
+        let plane = self.best_plane(&bins, count)?;
+        Some(ObjectSplit { mapping, plane, bounds: bins.sides(plane, count), sample: None })
+    }
+
+    /// Makes a split that was found; `None` if a sample has promised too much, and binning all finds no split.
+    pub(super) fn make(&self, range: &mut Range<'_>, found: &ObjectSplit) -> Option<Halves> {
+        let ObjectSplit { mapping, plane, bounds, .. } = found;
+        if found.sample.is_none() {
+            return Some(self.partition(range, mapping, *plane, Some(*bounds)));
+        }
+        let halves = self.partition(range, mapping, *plane, None);
+        if halves.cost() <= plane.cost * TOLERANCE {
+            return Some(halves);
+        }
+        let ObjectSplit { mapping, plane, bounds, .. } = self.find_by_all(range)?;
+        Some(self.partition(range, &mapping, plane, Some(bounds)))
     }
 
     /// Bins what may not be cut, or a sample of it if the range is large, for which it counts in full.
@@ -135,7 +181,7 @@ impl Binning {
         mapping: &Mapping,
         plane: Plane,
         bounds: Option<[Box8; 2]>,
-    ) -> BinSplit {
+    ) -> Halves {
         let (divisible, others) = range.slots[..range.count].split_at_mut(range.divisible);
         let counts = [divisible.len(), others.len()];
         let part = |references: &mut [Reference]| match bounds {
@@ -150,16 +196,12 @@ impl Binning {
                 None => Extent::around(found),
             }
         });
-        let halves = Halves {
+        Halves {
             divisible: [first.left_count, counts[0] - first.left_count],
             others: [second.left_count, counts[1] - second.left_count],
             added: 0,
             extents,
-        };
-        let cost = |side: usize| {
-            extents[side].bounds.half_area() * blocks((halves.divisible[side] + halves.others[side]) as u32)
-        };
-        BinSplit { halves, axis: plane.axis, cost: cost(0) + cost(1) }
+        }
     }
 }
 

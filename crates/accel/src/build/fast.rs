@@ -51,7 +51,7 @@ impl Splitter for OfGroups {
             let cut = sweep::best_cut(self.binning.machine, range.references(), &extent);
             cut.map(|cut| cut.apply(range.references()))
         } else {
-            self.binning.split(range).map(|split| split.halves)
+            self.binning.split(range)
         };
         Some(split.unwrap_or_else(|| sah::split_in_the_middle(range)))
     }

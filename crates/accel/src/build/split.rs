@@ -2,6 +2,7 @@
 
 use sahl_math::Bounds3;
 
+use super::bins::blocks;
 use super::reference::{Extent, Reference};
 use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF};
 
@@ -58,6 +59,13 @@ impl Halves {
             added: 0,
             extents: [Extent::of(left), Extent::of(right)],
         }
+    }
+
+    /// What the split costs, counted in blocks.
+    pub(super) fn cost(&self) -> f32 {
+        let counts = self.counts();
+        let cost = |side: usize| self.extents[side].bounds.half_area() * blocks(counts[side] as u32);
+        cost(0) + cost(1)
     }
 
     /// How many references each side has.
