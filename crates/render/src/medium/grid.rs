@@ -90,14 +90,17 @@ impl<T> Cells<T> {
 pub(super) struct Frame {
     world_to_medium: Transform,
     bounds: Bounds3,
-    /// One over the edges of the box; zero where it is flat.
+    /// One over the edges of the box, and zero; where it is flat, zero and −1, so that nothing is inside.
     scale: Vec3,
+    shift: Vec3,
 }
 
 impl Frame {
     pub(super) fn new(region: &Region) -> Self {
-        let scale = region.bounds.diagonal().map(|edge| if edge > 0.0 { 1.0 / edge } else { 0.0 });
-        Self { world_to_medium: region.medium_to_world.inverse(), bounds: region.bounds, scale }
+        let edges = region.bounds.diagonal();
+        let scale = edges.map(|edge| if edge > 0.0 { 1.0 / edge } else { 0.0 });
+        let shift = edges.map(|edge| if edge > 0.0 { 0.0 } else { -1.0 });
+        Self { world_to_medium: region.medium_to_world.inverse(), bounds: region.bounds, scale, shift }
     }
 
     /// From the world to the space in which the medium is described.
@@ -109,7 +112,7 @@ impl Frame {
     /// From the world to the unit cube.
     #[inline]
     pub(super) fn to_cube(&self, p: Vec3) -> Vec3 {
-        (self.to_medium(p) - self.bounds.min) * self.scale
+        (self.to_medium(p) - self.bounds.min) * self.scale + self.shift
     }
 
     /// A ray of the world in the unit cube, with the same parameters.

@@ -291,3 +291,21 @@ fn values_of_a_lattice_are_met_at_its_points() {
         assert!((found - expected).abs() < 4.5 * (0.25 / f64::from(n)).sqrt(), "{found} for {expected}");
     }
 }
+
+#[test]
+fn a_flat_box_holds_nothing() {
+    let bounds = Bounds3 { min: Vec3::ZERO, max: Vec3::new(1.0, 0.0, 1.0) };
+    let region = Region { bounds, medium_to_world: Transform::IDENTITY };
+    let coefficients =
+        Coefficients { sigma_a: Color::Constant(1.0), sigma_s: Color::Constant(0.0), scale: 1e3, g: 0.0 };
+    let density = Grid { resolution: [1; 3], values: [1.0].into() };
+    let description = GridMedium { coefficients, region, density, emission: None };
+    let flat = DensityGrid::new(&description, None, &mut Diagnostics::default());
+    let medium = Medium::DensityGrid(Box::new(flat));
+    let mut rng = Rng::new(1);
+    for (origin, direction) in [(Vec3::new(0.5, -1.0, 0.5), Vec3::Y), (Vec3::new(-1.0, 0.0, 0.5), Vec3::X)] {
+        let way =
+            Way { ray: Ray::new(origin, direction), length: 9.0, hero: 0, wavelengths: Wavelengths::Rgb };
+        medium.walk(&way, 0.5, &mut stream(&mut rng), |_| panic!("nothing is there"));
+    }
+}
