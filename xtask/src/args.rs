@@ -24,6 +24,12 @@ pub(crate) enum Command {
         #[command(subcommand)]
         what: Peers,
     },
+    /// Make the tables that turn RGB into spectra.
+    Uplift {
+        /// Where the tables of the standard observer lie, and where those made are written.
+        #[arg(long, value_name = "DIR", default_value = "data/color")]
+        data: PathBuf,
+    },
 }
 
 /// What is compared.
@@ -123,6 +129,7 @@ mod tests {
         let words = ["xtask", "peers", "accel"].into_iter().chain(words.split_whitespace());
         Args::try_parse_from(words).map(|args| match args.command {
             Command::Peers { what: Peers::Accel(args) } => args,
+            other => panic!("{other:?}"),
         })
     }
 

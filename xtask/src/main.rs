@@ -11,6 +11,7 @@ mod embree;
 #[cfg(any(feature = "embree", test))]
 #[cfg_attr(not(feature = "embree"), expect(dead_code, reason = "tests alone use it without the feature"))]
 mod peers;
+mod uplift;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let result = match &args.command {
         Command::Peers { what: Peers::Accel(args) } => compare_accel(args),
+        Command::Uplift { data } => uplift::run(data),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

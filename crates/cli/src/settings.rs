@@ -53,6 +53,7 @@ pub(crate) struct Edits {
     max_depth: Option<u32>,
     clamp_indirect: Option<f32>,
     regularize: bool,
+    color: Option<ColorMode>,
     width: Option<u32>,
     height: Option<u32>,
     crop: Option<Area>,
@@ -80,6 +81,7 @@ impl Settings {
             max_depth: args.sampling.max_depth,
             clamp_indirect: args.sampling.clamp_indirect,
             regularize: args.sampling.regularize,
+            color: args.sampling.color,
             width: resolution.map(|[width, _]| width),
             height: resolution.map(|[_, height]| height),
             crop: args.frame.crop.map(crop).or(args.frame.cropwindow.map(cropwindow)),
@@ -184,6 +186,7 @@ impl Edits {
         }
         scene.sampler.samples = self.spp.unwrap_or(scene.sampler.samples);
         scene.sampler.seed = self.seed.unwrap_or(scene.sampler.seed);
+        scene.color = self.color.map_or(scene.color, ColorMode::mode);
         self.apply_integrator(&mut scene.integrator)?;
         self.apply_frame(&mut scene.film)
     }
@@ -309,9 +312,7 @@ fn tone_map(args: &RenderArgs) -> Option<ToneMap> {
 /// Options that people know from the design or from other renderers, and that this version can't honour.
 fn refuse_what_is_absent(args: &RenderArgs) -> Result<(), Failure> {
     let absent = &args.absent;
-    let (option, help) = if args.sampling.color == ColorMode::Spectral {
-        ("--color spectral", "`--color rgb` renders in linear RGB")
-    } else if absent.noise.is_some() {
+    let (option, help) = if absent.noise.is_some() {
         ("--noise", "`--spp` and `--time` limit the work")
     } else if absent.checkpoint.is_some() {
         ("--checkpoint", "`--time` and Ctrl-C write the image so far")

@@ -3,7 +3,7 @@
 use crate::bsdf::BsdfRoom;
 use crate::integrator::Tracer;
 use crate::interaction::Interaction;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, Wavelengths};
 
 use sahl_math::Ray;
 
@@ -82,9 +82,11 @@ pub(crate) struct Features {
 }
 
 impl Features {
-    /// What `ray` sees first.
+    /// What `ray` sees first. Colours of features are no light: they are found in RGB in either mode, which leaves the tracer
+    /// at the end of its sample in RGB mode.
     pub(crate) fn of(tracer: &mut Tracer<'_>, ray: &Ray, aovs: &[Aov]) -> Self {
         let mut features = Self { values: [0.0; MAX_SUMS], len: 0 };
+        tracer.wavelengths = Wavelengths::Rgb;
         let Some(at) = tracer.nearest_surface(ray) else {
             features.len = Aov::sums(aovs).min(MAX_SUMS);
             return features;
@@ -113,7 +115,7 @@ impl Features {
     }
 }
 
-fn albedo(tracer: &Tracer<'_>, at: &Interaction, ray: &Ray) -> Spectrum {
+fn albedo(tracer: &mut Tracer<'_>, at: &Interaction, ray: &Ray) -> Spectrum {
     let mut room = BsdfRoom::default();
     tracer.bsdf(at, false, &mut room).albedo(at.shading.to_local(-ray.direction))
 }

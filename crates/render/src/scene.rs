@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use sahl_accel::{Accel, Hit};
 use sahl_math::{Bounds3, Ray, Vec2, Vec3};
+use sahl_scene::ColorMode;
 
 use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::camera::Camera;
@@ -89,6 +90,8 @@ pub(crate) struct SceneData {
     /// Samples a pixel.
     pub(crate) samples: u32,
     pub(crate) integrator: Box<dyn TileRenderer>,
+    /// What the lanes of paths mean.
+    pub(crate) color: ColorMode,
     pub(crate) stats: SceneStats,
 }
 
@@ -124,9 +127,9 @@ impl Scene {
         let sample = self.data.integrator.sample(&self.data, pixel, index);
         let sensor = Sensor::new(&self.data.film);
         Sample {
-            rgb: sensor.color(sample.radiance),
+            rgb: sensor.color(sample.radiance, &sample.wavelengths),
             weight: sample.weight,
-            is_kept: sensor.kept_color(sample.radiance).is_some(),
+            is_kept: sensor.kept_color(sample.radiance, &sample.wavelengths).is_some(),
         }
     }
 }
@@ -146,9 +149,9 @@ impl SceneData {
     /// Finds out which part of its material the surface is made of at this point, and its relief.
     #[inline(never)]
     fn decompose(&self, at: &mut Interaction, ray: &Ray, hit: &Hit) {
-        let (point, wavelengths) = (self.texture_point(at), Wavelengths::default());
+        let (point, mut wavelengths) = (self.texture_point(at), Wavelengths::default());
         let query =
-            Query { textures: &self.textures, at: &point, wavelengths: &wavelengths, regularize: false };
+            Query { textures: &self.textures, at: &point, wavelengths: &mut wavelengths, regularize: false };
         at.material = Composition::resolve(&self.materials, at.material, &query, |relief| {
             let attributes = &self.attributes[hit.geometry as usize];
             let derivatives = |at: &Interaction| attributes.derivatives(&self.accel, hit, at);
@@ -175,18 +178,19 @@ impl SceneData {
         Footprint { dp_dx, dp_dy, duv_dx, duv_dy }
     }
 
-    /// How the surface scatters light; `room` is where a BSDF with many parameters is kept.
+    /// How the surface scatters light, and glass may drop all wavelengths but the first; `room` is where a BSDF with many
+    /// parameters is kept.
     #[inline]
     pub(crate) fn bsdf<'r>(
         &self,
         at: &Interaction,
-        wavelengths: &Wavelengths,
+        wavelengths: &mut Wavelengths,
         regularize: bool,
         room: &'r mut BsdfRoom,
     ) -> Bsdf<'r> {
         let point = self.texture_point(at);
-        let query = Query { textures: &self.textures, at: &point, wavelengths, regularize };
-        self.materials[at.material as usize].bsdf(&query, room)
+        let mut query = Query { textures: &self.textures, at: &point, wavelengths, regularize };
+        self.materials[at.material as usize].bsdf(&mut query, room)
     }
 
     /// Whether `hit` lies on no surface, but on the border of a medium alone.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sahl::image::{Image, Pixels};
 use sahl::render::{Aov, BuildOptions, Film, RenderOptions};
-use sahl::scene::{SamplerKind, SceneDesc};
+use sahl::scene::{ColorMode, SamplerKind, SceneDesc};
 use sahl_testkit::golden::{BLESS, Golden, Tolerance};
 use sahl_testkit::ztest::ImageTest;
 
@@ -21,8 +21,11 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/tests/golden")
 }
 
+/// The references are of RGB mode.
 fn scene(name: &str) -> SceneDesc {
-    sahl::load(folder().join(format!("{name}.pbrt"))).unwrap_or_else(|error| panic!("{error}")).scene
+    let path = folder().join(format!("{name}.pbrt"));
+    let scene = sahl::load(path).unwrap_or_else(|error| panic!("{error}")).scene;
+    SceneDesc { color: ColorMode::Rgb, ..scene }
 }
 
 fn render(description: &SceneDesc, aovs: Vec<Aov>) -> Film {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sahl::image::Image;
 use sahl::math::Vec2;
 use sahl::render::Scene;
-use sahl::scene::{Light, Material, SceneDesc, Spectrum, SpectrumParam};
+use sahl::scene::{ColorMode, Light, Material, SceneDesc, Spectrum, SpectrumParam};
 
 fn lab(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/labs").join(name)
@@ -49,7 +49,7 @@ fn the_meshes_are_what_their_program_makes() {
     }
 }
 
-/// Lab 1 without what is seen behind it, whose light would be noise in the shadows, and with a floor of one colour.
+/// Lab 1 in RGB, without what is seen behind it, whose light would be noise in the shadows, and with a floor of one colour.
 fn lab_without_noise() -> SceneDesc {
     let mut scene = load("1-rays-and-triangles.pbrt");
     let mut lights = sahl::scene::Arena::default();
@@ -69,6 +69,7 @@ fn lab_without_noise() -> SceneDesc {
     }
     scene.film.resolution = [640, 480];
     scene.sampler.samples = 1;
+    scene.color = ColorMode::Rgb;
     scene
 }
 

@@ -43,7 +43,7 @@ pub use medium::{
 pub use open_pbr::OpenPbr;
 pub use shape::{CurveKind, Curves, Geometry, Mesh, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};
-pub use spectrum::Spectrum;
+pub use spectrum::{ColorMode, Spectrum};
 pub use texture::{
     FloatParam, ImageTexture, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping,
     Wrap,
@@ -62,6 +62,9 @@ pub struct SceneDesc {
     pub sampler: Sampler,
     /// Light transport algorithm.
     pub integrator: Integrator,
+    /// How colour is carried.
+    #[serde(default)]
+    pub color: ColorMode,
     /// Decoded image files, shared with whoever decoded them.
     pub images: Arena<Arc<Image>>,
     /// Functions over surfaces.

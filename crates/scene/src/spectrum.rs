@@ -3,6 +3,16 @@
 use sahl_image::ColorSpace;
 use serde::{Deserialize, Serialize};
 
+/// How rendering carries colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum ColorMode {
+    /// As linear sRGB: fast, exact for scenes that are given in RGB and lit by white, without dispersion.
+    #[default]
+    Rgb,
+    /// As radiance at sampled wavelengths from 360 to 830 nm, as pbrt-v4 does.
+    Spectral,
+}
+
 /// A distribution over wavelengths, as written in a scene: the renderer turns it into its own representation.
 ///
 /// Whether an RGB triple is a reflectance, an unbounded quantity or an emission follows from the parameter it stands in.

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{MessageArgs, Resolution};
+use super::{ColorMode, MessageArgs, Resolution};
 
 /// Measure: how long a scene takes to load, build and render, or how well its trees work.
 #[derive(Debug, Args)]
@@ -32,6 +32,9 @@ pub(crate) struct SpeedArgs {
     /// Most bounces, if not as the scene says.
     #[arg(long, value_name = "N")]
     pub(crate) max_depth: Option<u32>,
+    /// Mode of colour, if not as the scene says.
+    #[arg(long, value_name = "MODE")]
+    pub(crate) color: Option<ColorMode>,
     /// Size of the image, if not as the scene says.
     #[arg(long, value_name = "WxH")]
     pub(crate) resolution: Option<Resolution>,

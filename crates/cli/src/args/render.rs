@@ -58,9 +58,9 @@ pub(crate) struct SamplingArgs {
     /// See mirrors as rougher by light that was spread before: less noise, softer caustics.
     #[arg(long)]
     pub(crate) regularize: bool,
-    /// How colour is carried. `spectral` is not available yet.
-    #[arg(long, value_name = "MODE", default_value = "rgb")]
-    pub(crate) color: ColorMode,
+    /// Carry colour as sampled wavelengths or as RGB, if not as the scene says: pbrt files spectral, others RGB.
+    #[arg(long, value_name = "MODE")]
+    pub(crate) color: Option<ColorMode>,
     /// Stop after this time with the image so far: seconds, or a number with `s`, `m` or `h`.
     #[arg(long, value_name = "TIME")]
     pub(crate) time: Option<Seconds>,
@@ -151,6 +151,16 @@ pub(crate) enum IntegratorName {
 pub(crate) enum ColorMode {
     Rgb,
     Spectral,
+}
+
+impl ColorMode {
+    /// The scene's word for it.
+    pub(crate) fn mode(self) -> sahl::scene::ColorMode {
+        match self {
+            Self::Rgb => sahl::scene::ColorMode::Rgb,
+            Self::Spectral => sahl::scene::ColorMode::Spectral,
+        }
+    }
 }
 
 /// Layers beside the image itself.

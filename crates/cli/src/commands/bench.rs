@@ -8,7 +8,7 @@ use sahl::render::{BuildOptions, RenderOptions, Scene};
 use sahl::scene::{Integrator, PathTracer, SceneDesc};
 use serde_json::json;
 
-use crate::args::{BenchArgs, BenchKind, Resolution, SpeedArgs};
+use crate::args::{BenchArgs, BenchKind, ColorMode, Resolution, SpeedArgs};
 use crate::commands::{bench_bvh, print};
 use crate::console::Console;
 use crate::failure::{Failure, Reason};
@@ -60,6 +60,7 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
 
 fn edit(scene: &mut SceneDesc, args: &SpeedArgs) -> Result<(), Failure> {
     scene.sampler.samples = args.spp;
+    scene.color = args.color.map_or(scene.color, ColorMode::mode);
     resize(scene, args.resolution);
     match (args.max_depth, &mut scene.integrator) {
         (None, _) => Ok(()),

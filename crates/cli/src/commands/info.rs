@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use sahl::image::Pixels;
 use sahl::render::{BuildOptions, SceneStats};
 use sahl::scene::{
-    Filter, Geometry, Integrator, Light, Material, Origin, PathTracer, Projection, Radiance, SamplerKind,
-    SceneDesc, SphereLayout, Texture,
+    ColorMode, Filter, Geometry, Integrator, Light, Material, Origin, PathTracer, Projection, Radiance,
+    SamplerKind, SceneDesc, SphereLayout, Texture,
 };
 use serde_json::{Value, json};
 
@@ -135,6 +135,13 @@ fn integrator(scene: &SceneDesc) -> String {
     }
 }
 
+fn color(scene: &SceneDesc) -> &'static str {
+    match scene.color {
+        ColorMode::Rgb => "rgb",
+        ColorMode::Spectral => "spectral",
+    }
+}
+
 fn camera(scene: &SceneDesc) -> String {
     let projection = match &scene.camera.projection {
         Projection::Perspective { fov } => format!("perspective, {} degrees", rounded(fov.to_degrees())),
@@ -209,6 +216,7 @@ fn text(source: &Source, stats: &SceneStats) -> String {
         ("sampling", sampling(scene)),
         ("camera", camera(scene)),
         ("integrator", integrator(scene)),
+        ("colour", color(scene).to_owned()),
         ("shapes", shapes(scene).text()),
         (
             "primitives",
@@ -269,6 +277,7 @@ fn json(source: &Source, stats: &SceneStats) -> Value {
         "seed": scene.sampler.seed,
         "camera": camera(scene),
         "integrator": integrator(scene),
+        "color": color(scene),
         "shapes": shapes(scene).json(),
         "primitives": { "triangles": stats.triangles, "patches": stats.patches, "quadrics": stats.quadrics, "curves": stats.curves },
         "objects": scene.objects.len(),

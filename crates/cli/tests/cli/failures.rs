@@ -39,8 +39,7 @@ fn senseless_requests_are_usage_errors() {
 #[test]
 fn what_does_not_exist_yet_is_said() {
     for option in [
-        &["--color", "spectral"][..],
-        &["--noise", "0.01"],
+        &["--noise", "0.01"][..],
         &["--checkpoint", "a.ckpt"],
         &["--resume", "a.ckpt"],
         &["--tev", "localhost:14158"],

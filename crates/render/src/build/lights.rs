@@ -50,8 +50,9 @@ impl<'a> LightBuilder<'a> {
             return None;
         }
         let first = self.lights.len() as u32;
-        let new =
-            emitters.into_iter().map(|emitter| AreaLight::new(emitter, radiance, light.two_sided, presence));
+        let new = emitters
+            .into_iter()
+            .map(|emitter| AreaLight::new(emitter, radiance.clone(), light.two_sided, presence));
         self.lights.extend(new.map(Light::Area));
         Some((first..self.lights.len() as u32).collect())
     }

@@ -14,7 +14,7 @@ mod media;
 use std::sync::Arc;
 
 use sahl_accel::Accel;
-use sahl_scene::{Diagnostic, Diagnostics, Integrator, SceneDesc};
+use sahl_scene::{ColorMode, Diagnostic, Diagnostics, Integrator, SceneDesc};
 
 use crate::camera::Camera;
 use crate::filter::PixelFilter;
@@ -23,6 +23,7 @@ use crate::material::Material;
 use crate::sampler::Sampler;
 use crate::scene::{Scene, SceneData, SceneStats};
 use crate::shape::Border;
+use crate::spectrum::RGB_MODE_CODES;
 use crate::texture::Textures;
 
 use geometry::GeometryBuilder;
@@ -59,6 +60,9 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     lights.add_lights();
     let lights = lights.lights;
     let media = if has_media { media::media(description, &mut diagnostics) } else { Vec::new() };
+    if description.color == ColorMode::Spectral {
+        diagnostics.retain(|diagnostic| !RGB_MODE_CODES.contains(&diagnostic.code));
+    }
     let camera = Camera::new(description, &mut diagnostics);
     let Some(camera) = camera.filter(|_| !diagnostics.has_errors()) else { return (None, diagnostics) };
 
@@ -76,6 +80,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     };
     let environments = (0..lights.len() as u32).filter(|&i| lights[i as usize].is_environment()).collect();
     let data = SceneData {
+        color: color_mode(description),
         integrator: integrator::new(&description.integrator, &lights, radius, has_media),
         accel,
         has_alpha: geometry.attributes.iter().any(|attributes| attributes.alpha.is_some()),
@@ -95,6 +100,15 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         stats,
     };
     (Some(Scene { data: Arc::new(data) }), diagnostics)
+}
+
+/// What the lanes of paths mean. Integrators whose result is no light compute in RGB: a share of the hemisphere or a normal has
+/// no wavelength.
+fn color_mode(description: &SceneDesc) -> ColorMode {
+    match description.integrator {
+        Integrator::Ao { .. } | Integrator::Normals => ColorMode::Rgb,
+        Integrator::Path { .. } | Integrator::Whitted { .. } => description.color,
+    }
 }
 
 /// The side of the part of a pixel that one of `samples` stands for. Not less than an eighth: the finest levels of images are

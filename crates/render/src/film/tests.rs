@@ -1,5 +1,6 @@
 use super::*;
 use crate::Spectrum;
+use crate::spectrum::Wavelengths;
 
 fn description() -> sahl_scene::Film {
     sahl_scene::Film { resolution: [7, 5], ..Default::default() }
@@ -14,7 +15,7 @@ fn fill(film: &mut Film) {
     for tile in film.tiles_mut() {
         for (place, pixel) in tile.pixels() {
             let color = Spectrum::from_rgb([pixel[0] as f32, pixel[1] as f32, 1.0]);
-            tile.add(place, color, 1.0, at(pixel, 0));
+            tile.add(place, color, &Wavelengths::Rgb, 1.0, at(pixel, 0));
         }
     }
 }
@@ -60,7 +61,7 @@ fn what_is_no_colour_is_counted_and_left_out() {
         for (place, pixel) in tile.pixels() {
             for (index, bad) in [f32::NAN, f32::INFINITY, -1.0].into_iter().enumerate() {
                 let color = Spectrum::from_rgb([1.0, 1.0, bad]);
-                tile.add(place, color, 1.0, at(pixel, index as u32 + 1));
+                tile.add(place, color, &Wavelengths::Rgb, 1.0, at(pixel, index as u32 + 1));
             }
         }
     }

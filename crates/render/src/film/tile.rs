@@ -2,7 +2,7 @@
 
 use super::pixel::Pixel;
 use super::sensor::Sensor;
-use crate::Spectrum;
+use crate::spectrum::{Spectrum, Wavelengths};
 
 /// A sample that was left out of the image because its colour was no colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub struct DroppedSample {
     pub pixel: [u32; 2],
     /// The sample's number in its pixel.
     pub index: u32,
-    /// What it would have added, in linear sRGB.
+    /// What it would have added, in the film's colour space.
     pub color: [f32; 3],
 }
 
@@ -69,11 +69,18 @@ impl Tile {
     /// Adds a sample of the pixel at `place`; returns whether it was kept. What is not a colour (NaN, infinite, negative) is
     /// counted, remembered and left out.
     #[inline]
-    pub(crate) fn add(&mut self, place: usize, radiance: Spectrum, weight: f32, taken: SampleId) -> bool {
-        let color = self.sensor.kept_color(radiance);
+    pub(crate) fn add(
+        &mut self,
+        place: usize,
+        radiance: Spectrum,
+        wavelengths: &Wavelengths,
+        weight: f32,
+        taken: SampleId,
+    ) -> bool {
+        let color = self.sensor.kept_color(radiance, wavelengths);
         match color {
             Some(color) => self.pixels[place].add(color, weight),
-            None => self.drop_sample(radiance, taken),
+            None => self.drop_sample(self.sensor.color(radiance, wavelengths), taken),
         }
         color.is_some()
     }
@@ -87,11 +94,11 @@ impl Tile {
     }
 
     #[cold]
-    fn drop_sample(&mut self, radiance: Spectrum, taken: SampleId) {
+    fn drop_sample(&mut self, color: [f32; 3], taken: SampleId) {
         self.dropped += 1;
         if self.first_dropped.len() < REMEMBERED {
             let SampleId { pass, pixel, index } = taken;
-            self.first_dropped.push((pass, DroppedSample { pixel, index, color: radiance.to_rgb() }));
+            self.first_dropped.push((pass, DroppedSample { pixel, index, color }));
         }
     }
 }

@@ -17,6 +17,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use sahl_math::{Ray, Vec2};
+use sahl_scene::ColorMode;
 
 use crate::Aov;
 use crate::aov::Features;
@@ -24,7 +25,7 @@ use crate::camera::CameraRay;
 use crate::film::{SampleId, Tile};
 use crate::light::{Light, LightSelection};
 use crate::scene::SceneData;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{HeroWavelengths, Spectrum, Wavelengths};
 
 use ambient_occlusion::AmbientOcclusion;
 use normals::Normals;
@@ -61,6 +62,8 @@ pub(crate) trait TileRenderer: Debug + Send + Sync {
 pub(crate) struct CameraSample {
     ray: Ray,
     pub(crate) radiance: Spectrum,
+    /// What its lanes mean.
+    pub(crate) wavelengths: Wavelengths,
     /// Of the pixel's filter.
     pub(crate) weight: f32,
 }
@@ -72,7 +75,7 @@ impl<I: Integrator> TileRenderer for I {
             for index in pass.samples.clone() {
                 let sample = camera_sample(self, &mut tracer, pixel, index);
                 let taken = SampleId { pass: pass.number, pixel, index };
-                let kept = tile.add(place, sample.radiance, sample.weight, taken);
+                let kept = tile.add(place, sample.radiance, &sample.wavelengths, sample.weight, taken);
                 if kept && !aovs.is_empty() {
                     tile.add_features(place, Features::of(&mut tracer, &sample.ray, aovs).values());
                 }
@@ -86,7 +89,8 @@ impl<I: Integrator> TileRenderer for I {
     }
 }
 
-/// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, integrator.
+/// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, in
+/// spectral mode the wavelengths, then the integrator's.
 #[inline]
 fn camera_sample(
     integrator: &impl Integrator,
@@ -98,8 +102,13 @@ fn camera_sample(
     let filtered = tracer.scene.filter.sample(tracer.sampler.pixel_2d());
     let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
     let CameraRay { ray, weight } = tracer.scene.camera.ray(film, tracer.sampler.next_2d());
+    tracer.wavelengths = match tracer.scene.color {
+        ColorMode::Rgb => Wavelengths::Rgb,
+        ColorMode::Spectral => Wavelengths::Sampled(HeroWavelengths::sample(tracer.sampler.next_1d())),
+    };
     let radiance = if weight > 0.0 { integrator.radiance(tracer, ray) * weight } else { Spectrum::ZERO };
-    CameraSample { ray, radiance, weight: filtered.weight }
+    // Read after the path, which may have dropped some.
+    CameraSample { ray, radiance, wavelengths: tracer.wavelengths, weight: filtered.weight }
 }
 
 /// The integrator that `description` asks for, in a scene with the given lights and radius; `media` tells whether there are

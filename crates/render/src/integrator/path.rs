@@ -177,6 +177,9 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         // Add light that comes straight from a light.
         let mut room = BsdfRoom::default();
         let bsdf = tracer.bsdf(at, TAMED && self.regularize && path.spread, &mut room);
+        if MEDIA && tracer.wavelengths.is_terminated() {
+            path.volume.ratios.follow_first();
+        }
         let vantage = Vantage::on_surface(at, wo, bsdf.reach());
         if !bsdf.is_specular() && !self.selection.is_empty() {
             let scattering = Scattering { at, bsdf: &bsdf, wo };

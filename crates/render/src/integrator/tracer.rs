@@ -14,6 +14,7 @@ use crate::spectrum::{Spectrum, Wavelengths};
 pub(crate) struct Tracer<'a> {
     pub(crate) scene: &'a SceneData,
     pub(crate) sampler: Sampler,
+    /// Those of the current path, which may drop some on its way.
     pub(crate) wavelengths: Wavelengths,
     /// Rays traced so far, shadow rays included.
     pub(crate) rays: u64,
@@ -68,11 +69,16 @@ impl<'a> Tracer<'a> {
         self.is_occluded(&ray)
     }
 
-    /// How a surface scatters light, made rougher where `regularize` is set; `room` is where a BSDF with many parameters is
-    /// kept.
+    /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there. `room` is where
+    /// a BSDF with many parameters is kept.
     #[inline]
-    pub(crate) fn bsdf<'r>(&self, at: &Interaction, regularize: bool, room: &'r mut BsdfRoom) -> Bsdf<'r> {
-        self.scene.bsdf(at, &self.wavelengths, regularize, room)
+    pub(crate) fn bsdf<'r>(
+        &mut self,
+        at: &Interaction,
+        regularize: bool,
+        room: &'r mut BsdfRoom,
+    ) -> Bsdf<'r> {
+        self.scene.bsdf(at, &mut self.wavelengths, regularize, room)
     }
 
     /// Radiance that a surface emits along `wo`.

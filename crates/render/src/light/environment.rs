@@ -2,12 +2,12 @@
 
 use std::f32::consts::PI;
 
-use sahl_image::{ColorSpace, Image};
+use sahl_image::Image;
 use sahl_math::{Transform, Vec2, Vec3};
 
 use super::{LightSample, SphereMap};
 use crate::distribution::PiecewiseConstant2d;
-use crate::spectrum::{Spectrum, Wavelengths};
+use crate::spectrum::{ColorLookup, ColorRole, Spectrum, Wavelengths};
 
 /// Radiance by direction, from an image; directions are sampled in proportion to it.
 ///
@@ -18,7 +18,9 @@ pub(crate) struct ImageEnvironment {
     map: SphereMap,
     width: usize,
     height: usize,
+    /// Linear, in the image's own space.
     texels: Vec<[f32; 3]>,
+    colors: ColorLookup,
     distribution: PiecewiseConstant2d,
     /// Axes of the image's space in the world, orthonormal, and perhaps left-handed.
     axes: [Vec3; 3],
@@ -33,8 +35,7 @@ impl ImageEnvironment {
         for y in 0..height {
             for x in 0..width {
                 let [r, g, b, _] = image.pixel(x, y);
-                let rgb = image.color_space.convert(ColorSpace::Srgb, [r, g, b]);
-                texels.push(rgb.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }));
+                texels.push([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }));
             }
         }
         if texels.is_empty() {
@@ -43,7 +44,8 @@ impl ImageEnvironment {
         let weights = sampling_weights(map, &texels, width, height);
         let distribution = PiecewiseConstant2d::new(&weights, width);
         let axes = orthonormal_axes(light_to_world);
-        Some(Self { map, width, height, texels, distribution, axes, scale: 1.0 })
+        let colors = ColorLookup::new(image.color_space);
+        Some(Self { map, width, height, texels, colors, distribution, axes, scale: 1.0 })
     }
 
     /// Multiplies the radiance by `factor`.
@@ -80,7 +82,7 @@ impl ImageEnvironment {
 
     /// Mean radiance over the sphere.
     pub(crate) fn mean(&self, wavelengths: &Wavelengths) -> Spectrum {
-        lanes(self.integrate(1, |_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
+        self.lanes(self.integrate(1, |_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
     }
 
     /// Luminous irradiance on a surface that faces up: +z for equal-area images, +y for the others.
@@ -90,7 +92,7 @@ impl ImageEnvironment {
             SphereMap::EqualArea => w.z.max(0.0),
             SphereMap::LatLong => w.y.max(0.0),
         };
-        ColorSpace::Srgb.luminance(self.integrate(3, cosine))
+        self.colors.space().luminance(self.integrate(3, cosine))
     }
 
     /// ∫ L f dω, by the midpoints of `cuts` × `cuts` parts of each pixel.
@@ -122,7 +124,13 @@ impl ImageEnvironment {
 
     #[inline]
     fn at(&self, uv: Vec2, wavelengths: &Wavelengths) -> Spectrum {
-        lanes(self.texel(uv), wavelengths) * self.scale
+        self.lanes(self.texel(uv), wavelengths) * self.scale
+    }
+
+    /// A colour of the image in the lanes of a path.
+    #[inline]
+    fn lanes(&self, rgb: [f32; 3], wavelengths: &Wavelengths) -> Spectrum {
+        self.colors.at(rgb, ColorRole::Illuminant, wavelengths)
     }
 
     /// The colour at `uv`, before scaling.
@@ -150,14 +158,6 @@ impl ImageEnvironment {
         std::array::from_fn(|i| {
             (a[i] * (1.0 - fx) + b[i] * fx) * (1.0 - fy) + (c[i] * (1.0 - fx) + d[i] * fx) * fy
         })
-    }
-}
-
-/// A colour of the image in the lanes of a path.
-#[inline]
-fn lanes(rgb: [f32; 3], wavelengths: &Wavelengths) -> Spectrum {
-    match wavelengths {
-        Wavelengths::Rgb => Spectrum::from_rgb(rgb),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::shape::Emitter;
 use crate::spectrum::{SpectralCurve, Spectrum, Wavelengths};
 
 /// A quantity of emission: a curve with its magnitude.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Emission {
     pub(crate) curve: SpectralCurve,
     pub(crate) scale: f32,
@@ -29,7 +29,7 @@ impl Emission {
 
     /// Whether there is no light at any wavelength.
     pub(crate) fn is_black(&self) -> bool {
-        // Any one set of wavelengths tells in RGB mode.
+        // Light of any wavelength has a colour.
         self.at(&Wavelengths::Rgb).is_zero()
     }
 }

@@ -73,7 +73,7 @@ impl CoatedSource {
     }
 
     #[inline(never)]
-    pub(super) fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+    pub(super) fn bsdf<'r>(&self, query: &mut Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
         let surface = Dielectric::new(query.index(&self.eta), self.roughness.alpha(query));
         let coat = Coat {
             surface,

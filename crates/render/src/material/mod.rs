@@ -92,14 +92,14 @@ pub enum ConductorReflectance {
 }
 
 /// What a material is asked about: a point, and the light of a path.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Query<'a> {
     /// The textures of the scene.
     pub textures: &'a Textures,
     /// The point.
     pub at: &'a TexturePoint,
-    /// What the lanes stand for.
-    pub wavelengths: &'a Wavelengths,
+    /// What the lanes stand for; glass whose index varies with the wavelength leaves only the first.
+    pub wavelengths: &'a mut Wavelengths,
     /// Whether nearly smooth surfaces are made rougher, so that light can be found by them that no path finds
     /// otherwise. Biased: see [`Roughness`].
     pub regularize: bool,
@@ -116,12 +116,10 @@ impl Query<'_> {
         self.textures.spectrum(source, self.at, self.wavelengths)
     }
 
-    /// An index of refraction: one for the whole path, since there is no dispersion in RGB mode.
+    /// An index of refraction: one for the whole path.
     #[inline]
-    fn index(&self, eta: &SpectralCurve) -> f32 {
-        match self.wavelengths {
-            Wavelengths::Rgb => eta.at(self.wavelengths).average(),
-        }
+    fn index(&mut self, eta: &SpectralCurve) -> f32 {
+        eta.index(self.wavelengths)
     }
 }
 
@@ -210,7 +208,7 @@ impl Material {
     ///
     /// An interface, and a composition that was not taken apart, let light pass.
     #[inline]
-    pub fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+    pub fn bsdf<'r>(&self, query: &mut Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
         match self {
             Self::Diffuse { reflectance } => Diffuse::new(query.spectrum(reflectance)).into(),
             Self::Conductor { reflectance, roughness } => {

@@ -158,7 +158,7 @@ mod tests {
         let mut at = interaction();
         let point = TexturePoint { uv: at.uv, p: at.p, ..TexturePoint::default() };
         let query =
-            Query { textures: &textures, at: &point, wavelengths: &Wavelengths::Rgb, regularize: false };
+            Query { textures: &textures, at: &point, wavelengths: &mut Wavelengths::Rgb, regularize: false };
         relief.shape(&mut at, wo, &query, |_| surface);
         at.shading
     }

@@ -23,8 +23,8 @@ fn bsdf(material: &sahl_scene::Material) -> Bsdf<'static> {
 }
 
 fn at_point(material: &Material, textures: &Textures, at: &TexturePoint, regularize: bool) -> Bsdf<'static> {
-    let query = Query { textures, at, wavelengths: &Wavelengths::Rgb, regularize };
-    material.bsdf(&query, Box::leak(Box::default()))
+    let mut query = Query { textures, at, wavelengths: &mut Wavelengths::Rgb, regularize };
+    material.bsdf(&mut query, Box::leak(Box::default()))
 }
 
 #[test]
@@ -168,7 +168,8 @@ fn a_mix_is_its_parts_in_their_proportion() {
     for i in 0..30_000 {
         let p = Vec3::new(i as f32 * 1e-3, 0.5, -3.0);
         let at = TexturePoint { p, ..TexturePoint::default() };
-        let query = Query { textures: &textures, at: &at, wavelengths: &Wavelengths::Rgb, regularize: false };
+        let query =
+            Query { textures: &textures, at: &at, wavelengths: &mut Wavelengths::Rgb, regularize: false };
         counts[Composition::resolve(&materials, outer.index() as u32, &query, |_| {}) as usize] += 1;
     }
     assert_eq!((a.index(), b.index(), c.index()), (0, 1, 2));

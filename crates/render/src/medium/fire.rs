@@ -25,10 +25,9 @@ impl Fire {
     /// Emission up to `hottest` kelvin.
     pub(super) fn new(hottest: f32) -> Self {
         let hottest = hottest.max(COLDEST);
-        let [_, unit, _] = cie::xyz(|_| 1.0);
         let color = |i: usize| {
             let kelvin = hottest * i as f32 / (ENTRIES - 1) as f32;
-            let xyz = cie::xyz(|lambda| cie::blackbody(kelvin, lambda)).map(|x| x / unit);
+            let xyz = cie::xyz(|lambda| cie::blackbody(kelvin, lambda));
             Spectrum::from_rgb(ColorSpace::Srgb.xyz_to_rgb(xyz).map(|x| x.max(0.0)))
         };
         Self { hottest, colors: (0..ENTRIES).map(color).collect() }
@@ -45,6 +44,9 @@ impl Fire {
                 let before = (place as usize).min(ENTRIES - 2);
                 let (cooler, hotter) = (self.colors[before], self.colors[before + 1]);
                 cooler + (hotter - cooler) * (place - before as f32)
+            }
+            Wavelengths::Sampled(hero) => {
+                Spectrum::from_lanes(hero.lambda().map(|lambda| cie::blackbody(kelvin, lambda)))
             }
         }
     }

@@ -1,27 +1,96 @@
-//! The standard observer and thermal emission, as functions.
+//! The standard observer, the illuminants of the colour spaces, and thermal emission.
 //!
-//! Deliberately absent: tables. The analytic fit is good to about one per cent, which is enough to find the RGB of a
-//! spectrum; spectral rendering integrates against the tabulated observer.
+//! Unit of luminance: an emission L(λ) has the luminance ∫ ȳ(λ) L(λ) dλ / ∫ ȳ(λ) dλ, so that one at every wavelength has
+//! the luminance one. pbrt-v4's photometric normalisation differs by the constant denominator, which cancels.
 
-/// Wavelengths at which curves are integrated: 360 to 830 nm, as the standard observer is defined.
-pub(crate) fn wavelengths() -> impl Iterator<Item = f32> {
-    (360_u16..=830).map(f32::from)
+use std::sync::LazyLock;
+
+use glam::Vec4;
+use sahl_image::ColorSpace;
+
+use super::dense::{DenseSpectrum, ENTRIES, RANGE, place};
+use super::table::{Outside, column, interpolate};
+
+/// The colour matching functions of the CIE 1931 observer (2 degrees), a row a nanometre: data/color/PROVENANCE.md.
+const FUNCTIONS: &str = include_str!("../../../../data/color/cie-1931-2deg.csv");
+
+/// Illuminants every five nanometres: data/color/PROVENANCE.md.
+pub(super) const ILLUMINANTS: &str = include_str!("../../../../data/color/cie-illuminants.csv");
+
+/// The CIE 1931 standard observer.
+#[derive(Debug)]
+pub(crate) struct Observer {
+    /// x̄, ȳ, z̄ and zero at each nanometre from 360 on, divided by the sum of all ȳ.
+    rows: [Vec4; ENTRIES],
 }
 
-/// XYZ colour matching functions of the CIE 1931 observer at `lambda` nanometres.
-///
-/// Source: Wyman, Sloan, Shirley, *Simple Analytic Approximations to the CIE XYZ Color Matching Functions*, JCGT 2(2),
-/// 2013, listing 1 (multi-lobe fit).
-pub(crate) fn color_matching(lambda: f32) -> [f32; 3] {
-    let lobe = |height: f32, center: f32, left: f32, right: f32| {
-        let t = (lambda - center) / if lambda < center { left } else { right };
-        height * (-0.5 * t * t).exp()
-    };
-    [
-        lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2),
-        lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
-        lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8),
-    ]
+static OBSERVER: LazyLock<Observer> = LazyLock::new(Observer::load);
+
+/// The standard observer. Who needs it for each sample keeps the reference.
+pub(crate) fn observer() -> &'static Observer {
+    &OBSERVER
+}
+
+impl Observer {
+    fn load() -> Self {
+        let [x, y, z] = ["x", "y", "z"].map(|name| {
+            let pairs =
+                column(FUNCTIONS, name).expect("the table of the observer has three columns of numbers");
+            DenseSpectrum::new(|nm| interpolate(&pairs, nm, Outside::Zero))
+        });
+        let total: f64 = y.values().iter().map(|&y| f64::from(y)).sum();
+        let row = |i: usize| Vec4::new(x.values()[i], y.values()[i], z.values()[i], 0.0) / total as f32;
+        Self { rows: std::array::from_fn(row) }
+    }
+
+    /// x̄, ȳ, z̄ at `lambda` nanometres, per nanometre, ∫ ȳ dλ being one; the fourth number is zero.
+    #[inline]
+    pub(crate) fn at(&self, lambda: f32) -> Vec4 {
+        let (index, fraction) = place(lambda);
+        let (before, after) = (self.rows[index], self.rows[index + 1]);
+        before + (after - before) * fraction
+    }
+
+    /// XYZ of a spectral distribution.
+    pub(crate) fn xyz(&self, power: impl Fn(f32) -> f32) -> [f32; 3] {
+        let mut sum = [0.0_f64; 3];
+        for (i, row) in self.rows.iter().enumerate() {
+            let value = f64::from(power(RANGE[0] + i as f32));
+            for (sum, response) in sum.iter_mut().zip(row.to_array()) {
+                *sum += value * f64::from(response);
+            }
+        }
+        sum.map(|x| x as f32)
+    }
+}
+
+/// XYZ of a spectral distribution, one at every wavelength having Y = 1.
+pub(crate) fn xyz(power: impl Fn(f32) -> f32) -> [f32; 3] {
+    observer().xyz(power)
+}
+
+/// The illuminant in the column `name` of the table, of luminance one.
+pub(crate) fn illuminant(name: &str) -> Option<DenseSpectrum> {
+    let pairs = column(ILLUMINANTS, name)?;
+    Some(with_luminance_one(DenseSpectrum::new(|nm| interpolate(&pairs, nm, Outside::Zero))))
+}
+
+/// `power` scaled to luminance one; black stays black.
+pub(crate) fn with_luminance_one(power: DenseSpectrum) -> DenseSpectrum {
+    let [_, y, _] = xyz(|nm| power.at(nm));
+    if y > 0.0 { power.map(|value| value / y) } else { power }
+}
+
+/// The white of a colour space as light, of luminance one: D65, or the daylight of ACES.
+pub(crate) fn white(space: ColorSpace) -> &'static DenseSpectrum {
+    static D65: LazyLock<DenseSpectrum> =
+        LazyLock::new(|| illuminant("D65").expect("the table of illuminants has D65"));
+    static ACES: LazyLock<DenseSpectrum> =
+        LazyLock::new(|| illuminant("acesD60").expect("the table of illuminants has the white of ACES"));
+    match space {
+        ColorSpace::Srgb | ColorSpace::DciP3 | ColorSpace::Rec2020 => &D65,
+        ColorSpace::Aces2065_1 => &ACES,
+    }
 }
 
 /// Emission of a black body at `kelvin` and `lambda` nanometres, relative to its peak over all wavelengths.
@@ -39,47 +108,29 @@ pub(crate) fn blackbody(kelvin: f32, lambda: f32) -> f32 {
     (planck(f64::from(lambda)) / planck(WIEN / f64::from(kelvin))) as f32
 }
 
-/// XYZ of a spectral power distribution, not normalised.
-pub(crate) fn xyz(power: impl Fn(f32) -> f32) -> [f32; 3] {
-    let mut sum = [0.0_f64; 3];
-    for lambda in wavelengths() {
-        let value = f64::from(power(lambda));
-        for (sum, response) in sum.iter_mut().zip(color_matching(lambda)) {
-            *sum += value * f64::from(response);
-        }
-    }
-    sum.map(|x| x as f32)
-}
-
-/// XYZ with Y = 1 of the chromaticity (x, y).
-pub(crate) fn xyz_of_chromaticity([x, y]: [f32; 2]) -> [f32; 3] {
-    [x / y, 1.0, (1.0 - x - y) / y]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn chromaticity([x, y, z]: [f32; 3]) -> [f32; 2] {
+        [x / (x + y + z), y / (x + y + z)]
+    }
+
     #[test]
     fn the_observer_sees_equal_energy_as_white() {
-        let [x, y, z] = xyz(|_| 1.0);
-        // The tables integrate to 106.857 in all three.
-        for value in [x, y, z] {
-            assert!((value - 106.857).abs() < 0.4, "{x} {y} {z}");
+        // The tables add up to 106.865, 106.857 and 106.892 (CIE 15:2004, table T.4).
+        for (found, expected) in xyz(|_| 1.0).into_iter().zip([106.865, 106.857, 106.892]) {
+            assert!((found - expected / 106.857).abs() < 1e-5, "{found}");
         }
+        let raw = column(FUNCTIONS, "y").unwrap().iter().map(|&(_, y)| f64::from(y)).sum::<f64>();
+        assert!((raw - 106.857).abs() < 1e-3, "{raw}");
     }
 
     #[test]
     fn a_black_body_has_its_chromaticity() {
         // CIE illuminant A is a black body at 2856 K: x = 0.44757, y = 0.40745 (CIE 15:2004).
-        let [x, y, z] = xyz(|lambda| blackbody(2855.5, lambda));
-        let sum = x + y + z;
-        assert!(
-            (x / sum - 0.44757).abs() < 3e-3 && (y / sum - 0.40745).abs() < 3e-3,
-            "{} {}",
-            x / sum,
-            y / sum
-        );
+        let [x, y] = chromaticity(xyz(|lambda| blackbody(2855.5, lambda)));
+        assert!((x - 0.44757).abs() < 1e-4 && (y - 0.40745).abs() < 1e-4, "{x} {y}");
     }
 
     #[test]
@@ -88,5 +139,19 @@ mod tests {
         assert!(blackbody(5000.0, 560.0) < 1.0 && blackbody(5000.0, 600.0) < 1.0);
         assert_eq!(blackbody(0.0, 500.0), 0.0);
         assert!(blackbody(1.0, 360.0).is_finite());
+    }
+
+    #[test]
+    fn whites_are_those_of_the_standards() {
+        for space in ColorSpace::ALL {
+            let seen = xyz(|nm| white(space).at(nm));
+            assert!((seen[1] - 1.0).abs() < 1e-5);
+            let [x, y] = chromaticity(seen);
+            let [wx, wy] = space.chromaticities().white;
+            assert!(
+                (f64::from(x) - wx).abs() < 1e-4 && (f64::from(y) - wy).abs() < 1e-4,
+                "{space:?} {x} {y}"
+            );
+        }
     }
 }

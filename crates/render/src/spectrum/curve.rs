@@ -1,14 +1,29 @@
 //! From a colour as a scene file gives it to lanes.
+//!
+//! Design decision: a curve has the lanes of RGB mode and the function of spectral mode side by side. A path in RGB mode reads
+//! sixteen bytes and a tag; and what is no light (features for denoisers, the choice among lights) is found in RGB in
+//! either mode, without noise of colour.
+//!
+//! Deliberately absent: a choice of mode when a scene is built.
+
+use std::sync::Arc;
 
 use sahl_image::ColorSpace;
 use sahl_scene::{Diagnostic, Diagnostics, Span};
 
 use super::cie;
+use super::dense::DenseSpectrum;
+use super::hero::HeroWavelengths;
 use super::named::{self, NamedSpectrum};
+use super::table::{Outside, interpolate};
+use super::uplift::{Uplifted, UpliftedLight};
 use super::{Spectrum, Wavelengths};
 
 /// Negative components up to this share of the largest are taken for rounding of colour matrices.
 const GAMUT_SLACK: f32 = 1e-3;
+
+/// Codes of warnings that tell what RGB mode approximates: in spectral mode they do not hold.
+pub(crate) const RGB_MODE_CODES: [&str; 2] = ["spectrum-approximated", "color-gamut"];
 
 /// What a colour is for, which decides how a spectrum becomes RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,54 +39,148 @@ pub enum ColorRole {
 
 /// A colour of the scene, ready to be evaluated at the wavelengths of a path.
 ///
-/// RGB mode has no more of it than its linear sRGB components: spectra are reduced when the scene is built. Reflectances
-/// are seen under a black body of 6504 K and scaled such that a flat spectrum keeps its value in all lanes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// It has both: its linear sRGB components, and what stands for it in spectral mode. Reflectances are seen under D65 and
+/// scaled such that a flat spectrum keeps its value in all lanes.
+#[derive(Clone, Debug, PartialEq)]
 pub struct SpectralCurve {
     rgb: Spectrum,
+    sampled: Sampled,
+}
+
+/// A function of wavelength.
+#[derive(Clone, Debug, PartialEq)]
+enum Sampled {
+    /// The same everywhere.
+    Constant(f32),
+    /// A quantity that was given by its colour.
+    Color(Uplifted),
+    /// Light that was given by its colour.
+    Light(UpliftedLight),
+    /// Anything else; shared by everything that the scene makes of it.
+    Table(Arc<DenseSpectrum>),
 }
 
 impl SpectralCurve {
     /// Makes `spectrum` ready for its `role`.
     ///
-    /// What RGB can't tell is approximated, with a warning; an unknown name is an error, and the curve is then zero.
-    /// `span` is what messages point at.
+    /// What RGB can't tell is approximated there, with a warning of a code among [`RGB_MODE_CODES`]; an unknown name is an
+    /// error, and the curve is then zero. `span` is what messages point at.
     pub fn new(
         spectrum: &sahl_scene::Spectrum,
         role: ColorRole,
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Self {
-        let rgb = match spectrum {
-            sahl_scene::Spectrum::Constant(value) => [*value; 3],
-            sahl_scene::Spectrum::Rgb { rgb, space } => to_srgb(*rgb, *space, role),
+        let dense = match spectrum {
+            sahl_scene::Spectrum::Constant(value) => return Self::of_constant(*value, role),
+            sahl_scene::Spectrum::Rgb { rgb, space } => {
+                return Self::of_rgb(*rgb, *space, role, span, diagnostics);
+            }
             sahl_scene::Spectrum::Blackbody(kelvin) => {
-                from_power(|lambda| cie::blackbody(*kelvin, lambda), role)
+                DenseSpectrum::new(|lambda| cie::blackbody(*kelvin, lambda))
             }
             sahl_scene::Spectrum::Sampled(samples) => {
                 if role != ColorRole::Illuminant {
                     diagnostics.push(approximated(span, "a sampled spectrum"));
                 }
-                from_power(|lambda| interpolate(samples, lambda), role)
+                DenseSpectrum::new(|lambda| interpolate(samples, lambda, Outside::Zero))
             }
-            sahl_scene::Spectrum::Named(name) => from_name(name, role, span, diagnostics),
+            sahl_scene::Spectrum::Named(name) => match named::find(name) {
+                Some(found) => return Self::of_named(name, &found, role, span, diagnostics),
+                None => {
+                    diagnostics.push(unknown_name(name, span));
+                    return Self::constant(0.0);
+                }
+            },
         };
-        let (low, high) = match role {
-            ColorRole::Albedo => (0.0, 1.0),
-            ColorRole::Unbounded | ColorRole::Illuminant => (0.0, f32::MAX),
+        Self::of_dense(dense, role)
+    }
+
+    /// The curve that is `value` everywhere.
+    pub const fn constant(value: f32) -> Self {
+        Self { rgb: Spectrum::splat(value), sampled: Sampled::Constant(value) }
+    }
+
+    /// A constant; as light it stands for the white of sRGB.
+    fn of_constant(value: f32, role: ColorRole) -> Self {
+        let (low, high) = role.limits();
+        let value = value.clamp(low, high);
+        match role {
+            ColorRole::Albedo | ColorRole::Unbounded => Self::constant(value),
+            ColorRole::Illuminant => {
+                let light = UpliftedLight::new([value; 3], ColorSpace::Srgb);
+                Self { rgb: Spectrum::splat(value), sampled: Sampled::Light(light) }
+            }
+        }
+    }
+
+    fn of_rgb(
+        rgb: [f32; 3],
+        space: ColorSpace,
+        role: ColorRole,
+        span: Option<Span>,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        let [r, g, b] = rgb;
+        if r == g && g == b && role != ColorRole::Illuminant {
+            return Self::of_constant(r, role);
+        }
+        let sampled = match role {
+            ColorRole::Albedo => Sampled::Color(Uplifted::albedo(rgb, space)),
+            ColorRole::Unbounded => Sampled::Color(Uplifted::unbounded(rgb, space)),
+            ColorRole::Illuminant => Sampled::Light(UpliftedLight::new(rgb, space)),
         };
+        let rgb = to_srgb(rgb, space, role);
         let largest = rgb[0].max(rgb[1]).max(rgb[2]);
         if largest > 0.0 && rgb.iter().any(|&x| x < -GAMUT_SLACK * largest) {
             let message =
                 format!("the colour {rgb:.3?} in linear sRGB is outside its gamut, and is clipped to it");
             diagnostics.push(Diagnostic::warning("color-gamut", span, message));
         }
-        Self { rgb: Spectrum::from_rgb(rgb).clamp(low, high) }
+        Self { rgb: role.limit(rgb), sampled }
     }
 
-    /// The curve that is `value` everywhere.
-    pub const fn constant(value: f32) -> Self {
-        Self { rgb: Spectrum::splat(value) }
+    /// A distribution over wavelengths; as light it is scaled to luminance one.
+    fn of_dense(dense: DenseSpectrum, role: ColorRole) -> Self {
+        let (low, high) = role.limits();
+        let dense = match role {
+            ColorRole::Illuminant => cie::with_luminance_one(dense),
+            ColorRole::Albedo | ColorRole::Unbounded => dense,
+        };
+        let rgb = role.limit(rgb_of(&dense, role));
+        Self { rgb, sampled: Sampled::Table(Arc::new(dense.map(|value| value.clamp(low, high)))) }
+    }
+
+    fn of_named(
+        name: &str,
+        found: &NamedSpectrum,
+        role: ColorRole,
+        span: Option<Span>,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        match found {
+            NamedSpectrum::Measured(dense) => Self::of_dense(dense.clone(), role),
+            NamedSpectrum::Index { index, dense } => {
+                diagnostics.push(
+                    Diagnostic::warning(
+                        "spectrum-approximated",
+                        span,
+                        format!(
+                            "the spectrum `{name}` is approximated in RGB mode by its index at 587.6 nm, {index:.4}"
+                        ),
+                    )
+                    .with_note("there is no dispersion in RGB mode"),
+                );
+                Self { rgb: role.limit([*index; 3]), ..Self::of_dense(dense.clone(), role) }
+            }
+            NamedSpectrum::Illuminant(dense) => {
+                if role != ColorRole::Illuminant {
+                    diagnostics
+                        .push(approximated(span, &format!("the illuminant `{name}` as a reflectance")));
+                }
+                Self::of_dense(dense.clone(), role)
+            }
+        }
     }
 
     /// The value in each lane.
@@ -79,7 +188,50 @@ impl SpectralCurve {
     pub fn at(&self, wavelengths: &Wavelengths) -> Spectrum {
         match wavelengths {
             Wavelengths::Rgb => self.rgb,
+            Wavelengths::Sampled(hero) => self.at_sampled(hero),
         }
+    }
+
+    /// The value of an index of refraction for a path, which can follow only one: where the index varies, the path goes on
+    /// with its first wavelength alone. In RGB mode it is the mean of the lanes.
+    #[inline]
+    pub fn index(&self, wavelengths: &mut Wavelengths) -> f32 {
+        match (wavelengths, &self.sampled) {
+            (Wavelengths::Rgb, _) => self.rgb.average(),
+            (Wavelengths::Sampled(_), Sampled::Constant(value)) => *value,
+            (Wavelengths::Sampled(hero), _) => {
+                hero.terminate_secondary();
+                self.at_sampled(hero).lanes()[0]
+            }
+        }
+    }
+
+    // Out of line, so that it does not crowd the code of RGB mode.
+    #[inline(never)]
+    fn at_sampled(&self, hero: &HeroWavelengths) -> Spectrum {
+        Spectrum(match &self.sampled {
+            Sampled::Constant(value) => return Spectrum::splat(*value),
+            Sampled::Color(color) => color.lanes(hero),
+            Sampled::Light(light) => light.lanes(hero),
+            Sampled::Table(table) => table.lanes(hero),
+        })
+    }
+}
+
+impl ColorRole {
+    /// The least and the largest value.
+    pub(super) const fn limits(self) -> (f32, f32) {
+        match self {
+            Self::Albedo => (0.0, 1.0),
+            Self::Unbounded | Self::Illuminant => (0.0, f32::MAX),
+        }
+    }
+
+    /// The lanes of a colour, brought to where the role allows them.
+    #[inline]
+    pub(super) fn limit(self, rgb: [f32; 3]) -> Spectrum {
+        let (low, high) = self.limits();
+        Spectrum::from_rgb(rgb).clamp(low, high)
     }
 }
 
@@ -94,59 +246,15 @@ fn to_srgb(rgb: [f32; 3], space: ColorSpace, role: ColorRole) -> [f32; 3] {
     }
 }
 
-/// RGB of a spectral distribution: as emission, with luminance one; otherwise as a quantity averaged over wavelengths.
-fn from_power(power: impl Fn(f32) -> f32, role: ColorRole) -> [f32; 3] {
+/// Linear sRGB of a spectral distribution: as emission its colour; otherwise as a quantity averaged over wavelengths under D65.
+fn rgb_of(dense: &DenseSpectrum, role: ColorRole) -> [f32; 3] {
     if role == ColorRole::Illuminant {
-        let [x, y, z] = cie::xyz(power);
-        return if y > 0.0 { ColorSpace::Srgb.xyz_to_rgb([x / y, 1.0, z / y]) } else { [0.0; 3] };
+        return ColorSpace::Srgb.xyz_to_rgb(cie::xyz(|lambda| dense.at(lambda)));
     }
-    let daylight = |lambda| cie::blackbody(6504.0, lambda);
-    let seen = ColorSpace::Srgb.xyz_to_rgb(cie::xyz(|lambda| power(lambda) * daylight(lambda)));
-    let white = ColorSpace::Srgb.xyz_to_rgb(cie::xyz(daylight));
+    let daylight = cie::white(ColorSpace::Srgb);
+    let seen = ColorSpace::Srgb.xyz_to_rgb(cie::xyz(|lambda| dense.at(lambda) * daylight.at(lambda)));
+    let white = ColorSpace::Srgb.xyz_to_rgb(cie::xyz(|lambda| daylight.at(lambda)));
     std::array::from_fn(|lane| seen[lane] / white[lane])
-}
-
-/// The value at `lambda` between samples: linear; zero outside their range.
-fn interpolate(samples: &[(f32, f32)], lambda: f32) -> f32 {
-    let after = samples.partition_point(|&(wavelength, _)| wavelength < lambda);
-    match (after.checked_sub(1).and_then(|before| samples.get(before)), samples.get(after)) {
-        (_, Some(&(wavelength, value))) if wavelength == lambda => value,
-        (Some(&(x0, y0)), Some(&(x1, y1))) => y0 + (y1 - y0) * (lambda - x0) / (x1 - x0),
-        _ => 0.0,
-    }
-}
-
-fn from_name(name: &str, role: ColorRole, span: Option<Span>, diagnostics: &mut Diagnostics) -> [f32; 3] {
-    match named::find(name) {
-        Some(NamedSpectrum::Rgb(rgb)) => {
-            diagnostics.push(approximated(span, &format!("the spectrum `{name}`")));
-            rgb
-        }
-        Some(NamedSpectrum::Index(index)) => {
-            diagnostics.push(
-                Diagnostic::warning(
-                    "spectrum-approximated",
-                    span,
-                    format!(
-                        "the spectrum `{name}` is approximated in RGB mode by its index at 587.6 nm, {index}"
-                    ),
-                )
-                .with_note("there is no dispersion in RGB mode"),
-            );
-            [index; 3]
-        }
-        Some(NamedSpectrum::Illuminant(xy)) if role == ColorRole::Illuminant => {
-            ColorSpace::Srgb.xyz_to_rgb(cie::xyz_of_chromaticity(xy))
-        }
-        Some(NamedSpectrum::Illuminant(_)) => {
-            diagnostics.push(approximated(span, &format!("the illuminant `{name}` as a reflectance")));
-            [1.0; 3]
-        }
-        None => {
-            diagnostics.push(unknown_name(name, span));
-            [0.0; 3]
-        }
-    }
 }
 
 fn approximated(span: Option<Span>, what: &str) -> Diagnostic {
@@ -225,15 +333,6 @@ mod tests {
             sahl_scene::Spectrum::Sampled(vec![(300.0, 0.0), (590.0, 0.0), (600.0, 1.0), (900.0, 1.0)]);
         let [r, g, b] = curve(&edge, ColorRole::Albedo).0.to_rgb();
         assert!(r > 0.7 && g < 0.2 && b < 0.1, "{r} {g} {b}");
-    }
-
-    #[test]
-    fn samples_are_joined_by_lines() {
-        let samples = [(400.0, 1.0), (500.0, 3.0)];
-        for (lambda, expected) in [(399.9, 0.0), (400.0, 1.0), (450.0, 2.0), (500.0, 3.0), (500.1, 0.0)] {
-            assert_eq!(interpolate(&samples, lambda), expected, "{lambda}");
-        }
-        assert_eq!(interpolate(&[], 500.0), 0.0);
     }
 
     #[test]

@@ -2,19 +2,27 @@
 //!
 //! Design decision: every formula between emission and film multiplies and adds [`Spectrum`] lanes without asking what
 //! they mean. Only three places ask: turning a file's colour into a [`Spectrum`] ([`SpectralCurve::at`]), dispersion,
-//! and the film's sensor. In RGB mode the lanes are linear sRGB.
+//! and the film's sensor. In RGB mode the lanes are linear sRGB; in spectral mode each is a wavelength of its own.
 //!
 //! Deliberately absent: generics over colour, and colour management of images (the crate `sahl_image` has it).
 
 pub(crate) mod cie;
 mod curve;
+mod dense;
+mod hero;
+mod lookup;
 mod named;
+mod table;
+mod uplift;
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
 use glam::Vec4;
 
+pub(crate) use curve::RGB_MODE_CODES;
 pub use curve::{ColorRole, SpectralCurve};
+pub use hero::{HeroWavelengths, sample_visible, visible_pdf};
+pub(crate) use lookup::ColorLookup;
 
 /// A quantity at each of the four lanes of a path.
 ///
@@ -184,11 +192,20 @@ impl MulAssign<f32> for Spectrum {
 
 /// What the lanes of a path's spectra stand for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub enum Wavelengths {
     /// Red, green, blue of linear sRGB, and green again.
     #[default]
     Rgb,
+    /// Four wavelengths.
+    Sampled(HeroWavelengths),
+}
+
+impl Wavelengths {
+    /// Whether the path follows its first wavelength alone.
+    #[inline]
+    pub fn is_terminated(&self) -> bool {
+        matches!(self, Self::Sampled(hero) if hero.is_terminated())
+    }
 }
 
 #[cfg(test)]
@@ -214,5 +231,27 @@ mod tests {
     #[test]
     fn white_has_luminance_one() {
         assert!((Spectrum::ONE.luminance() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_data_is_what_was_checked() {
+        // FNV-1a, 64 bits. A file that changes needs a new number here and a word in data/color/PROVENANCE.md.
+        let checksum = |bytes: &[u8]| {
+            bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            })
+        };
+        let files: [(&[u8], u64); 7] = [
+            (include_bytes!("../../../../data/color/cie-1931-2deg.csv"), 0x7b70_aded_5821_555c),
+            (include_bytes!("../../../../data/color/cie-illuminants.csv"), 0x058e_0f4f_2c2c_a599),
+            (include_bytes!("../../../../data/color/metals.csv"), 0xa2ab_7c45_a59e_817c),
+            (include_bytes!("../../../../data/color/uplift-srgb.bin"), 0x06e1_4839_c2a3_bee9),
+            (include_bytes!("../../../../data/color/uplift-dci-p3.bin"), 0xb666_f1c1_66f5_c90c),
+            (include_bytes!("../../../../data/color/uplift-rec2020.bin"), 0x3958_6562_414d_3719),
+            (include_bytes!("../../../../data/color/uplift-aces2065-1.bin"), 0x492d_4c2d_b407_e2b8),
+        ];
+        for (place, (bytes, expected)) in files.into_iter().enumerate() {
+            assert_eq!(checksum(bytes), expected, "file {place} of the list: {:#x}", checksum(bytes));
+        }
     }
 }

@@ -101,7 +101,7 @@ impl Textures {
             }
             SpectrumParam::Texture(handle) => match self.resolved.get(handle.index()) {
                 Some(&id) => match &self.nodes[id.0 as usize] {
-                    Node::Constant(constant) => SpectrumSource::Constant(*constant.curve(role)),
+                    Node::Constant(constant) => SpectrumSource::Constant(constant.curve(role).clone()),
                     _ => SpectrumSource::Texture(id, role),
                 },
                 None => SpectrumSource::Constant(SpectralCurve::constant(0.0)),
@@ -299,7 +299,7 @@ impl Compiler<'_> {
 
 fn black() -> ConstantNode {
     let zero = SpectralCurve::constant(0.0);
-    ConstantNode { float: 0.0, albedo: zero, unbounded: zero, illuminant: zero }
+    ConstantNode { float: 0.0, albedo: zero.clone(), unbounded: zero.clone(), illuminant: zero }
 }
 
 /// A constant as each role sees it. Messages are those of a reflectance, the most frequent one.
@@ -315,7 +315,7 @@ fn constant(
     let float = match spectrum {
         sahl_scene::Spectrum::Constant(value) => *value,
         sahl_scene::Spectrum::Rgb { rgb, .. } => rgb[0],
-        _ => Spectrum::lanes(unbounded.at(&Wavelengths::default()))[0],
+        _ => Spectrum::lanes(unbounded.at(&Wavelengths::Rgb))[0],
     };
     ConstantNode { float, albedo, unbounded, illuminant }
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use sahl_image::{Adaptation, ColorSpace, Encoding, Image, Pixels};
+use sahl_image::{Encoding, Image, Pixels};
 use sahl_math::Vec2;
 use sahl_scene::{ImageTexture, TextureFilter};
 
 use super::TexturePoint;
 use super::filter::{self, Level};
 use super::mapping::Mapping;
-use crate::spectrum::ColorRole;
+use crate::spectrum::{ColorLookup, ColorRole, Spectrum, Wavelengths};
 
 /// An image texture, with its pixels and what is needed to understand them.
 ///
@@ -22,8 +22,7 @@ pub(super) struct ImageNode {
     decode: Option<Arc<DecodeTables>>,
     /// Whether a number is read from alpha rather than from the colour.
     alpha_is_float: bool,
-    /// To linear sRGB, for reflectances and for emission; `None`: it is that already.
-    to_srgb: Option<Box<[[[f32; 3]; 3]; 2]>>,
+    colors: ColorLookup,
     mapping: Mapping,
     wrap: sahl_scene::Wrap,
     filter: TextureFilter,
@@ -47,16 +46,12 @@ impl ImageNode {
             return None;
         }
         let is_u8 = matches!(image.pixels, Pixels::U8(_));
-        let matrix = |adaptation| {
-            image.color_space.conversion_matrix(ColorSpace::Srgb, adaptation).map(|row| row.map(|x| x as f32))
-        };
-        let is_srgb = image.color_space == ColorSpace::Srgb;
         let tables =
             || DecodeTables { color: image.encoding.decode_table(), alpha: Encoding::Linear.decode_table() };
         Some(Self {
             decode: is_u8.then(|| Arc::new(tables())),
             alpha_is_float: image.channels == 4 && !is_opaque(image),
-            to_srgb: (!is_srgb).then(|| Box::new([matrix(Adaptation::Bradford), matrix(Adaptation::None)])),
+            colors: ColorLookup::new(image.color_space),
             mapping: Mapping::new(&texture.mapping),
             wrap: texture.wrap,
             filter: texture.filter,
@@ -81,15 +76,10 @@ impl ImageNode {
         self.adjust(value)
     }
 
-    /// The value as a colour in linear sRGB, which may be out of range; alpha is ignored.
-    pub(super) fn rgb(&self, at: &TexturePoint, role: ColorRole) -> [f32; 3] {
+    /// The value as a colour; alpha is ignored.
+    pub(super) fn spectrum(&self, at: &TexturePoint, role: ColorRole, wavelengths: &Wavelengths) -> Spectrum {
         let rgb = self.lookup(at, |image, index| self.color(image, index));
-        let rgb = match self.to_srgb.as_deref() {
-            None => rgb,
-            Some([_, emission]) if role == ColorRole::Illuminant => transform(emission, rgb),
-            Some([reflectance, _]) => transform(reflectance, rgb),
-        };
-        rgb.map(|value| self.adjust(value))
+        self.colors.at(rgb.map(|value| self.adjust(value)), role, wavelengths)
     }
 
     /// Scale and inversion, as in pbrt-v4: 1 − scale × value.
@@ -157,8 +147,4 @@ fn is_opaque(image: &Image) -> bool {
         Pixels::U8(values) => values.chunks_exact(4).all(|pixel| pixel[3] == u8::MAX),
         Pixels::F32(values) => values.chunks_exact(4).all(|pixel| pixel[3] == 1.0),
     }
-}
-
-fn transform(matrix: &[[f32; 3]; 3], rgb: [f32; 3]) -> [f32; 3] {
-    matrix.map(|row| row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2])
 }

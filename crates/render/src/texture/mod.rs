@@ -25,7 +25,7 @@ use std::ops::{Add, Mul};
 
 use sahl_math::{Transform, Vec2, Vec3};
 
-use crate::spectrum::{ColorRole, SpectralCurve, Spectrum, Wavelengths};
+use crate::spectrum::{ColorLookup, ColorRole, SpectralCurve, Spectrum, Wavelengths};
 use image::ImageNode;
 use mapping::Mapping;
 use solid::{SolidNode, SolidValue};
@@ -66,7 +66,7 @@ pub enum FloatSource {
 }
 
 /// A spectrum that may vary over a surface, and what it is for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SpectrumSource {
     /// The same everywhere.
     Constant(SpectralCurve),
@@ -106,7 +106,7 @@ enum Node {
 }
 
 /// A constant as each kind of parameter sees it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct ConstantNode {
     float: f32,
     albedo: SpectralCurve,
@@ -180,10 +180,7 @@ impl Kind for Spectra<'_> {
     }
 
     fn color(&self, rgb: [f32; 3]) -> Spectrum {
-        let spectrum = match self.wavelengths {
-            Wavelengths::Rgb => Spectrum::from_rgb(rgb),
-        };
-        self.limited(spectrum)
+        ColorLookup::SRGB.at(rgb, self.role, self.wavelengths)
     }
 
     fn constant(&self, constant: &ConstantNode) -> Spectrum {
@@ -191,7 +188,7 @@ impl Kind for Spectra<'_> {
     }
 
     fn image(&self, image: &ImageNode, at: &TexturePoint) -> Spectrum {
-        self.color(image.rgb(at, self.role))
+        image.spectrum(at, self.role, self.wavelengths)
     }
 }
 

@@ -10,3 +10,4 @@ mod features;
 mod limits;
 mod media;
 mod shapes;
+mod spectral;

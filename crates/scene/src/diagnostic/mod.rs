@@ -94,6 +94,11 @@ impl Diagnostics {
         }
     }
 
+    /// Keeps the messages for which `keep` says so.
+    pub fn retain(&mut self, keep: impl FnMut(&Diagnostic) -> bool) {
+        self.entries.retain(keep);
+    }
+
     /// Whether there is nothing to say.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()

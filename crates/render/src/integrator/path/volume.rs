@@ -80,6 +80,12 @@ impl Rescaled {
         1.0 / beside.average()
     }
 
+    /// The path goes on with the first lane alone, which is its hero: no other would have made it.
+    pub(super) fn follow_first(&mut self) {
+        self.path = Spectrum::splat(self.path.lanes()[0]);
+        self.light = Spectrum::splat(self.light.lanes()[0]);
+    }
+
     /// A direction was sampled with density `pdf`.
     #[inline]
     pub(super) fn scatter(&mut self, pdf: f32) {
@@ -97,6 +103,7 @@ impl Volume {
         let stream = Stream::new(tracer.sampler.next_2d());
         let hero = match tracer.wavelengths {
             Wavelengths::Rgb => (4.0 * tracer.sampler.next_1d()) as usize,
+            Wavelengths::Sampled(_) => 0,
         };
         Self { medium: tracer.scene.camera_medium, hero, stream, ratios: Rescaled::ONE }
     }

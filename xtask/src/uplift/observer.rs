@@ -1,0 +1,55 @@
+//! The standard observer under a white, as weights of samples.
+
+use crate::Result;
+
+/// What turns the values of a reflectance into its XYZ under a white.
+pub(super) struct Observer {
+    /// Of each nanometre: place from −1 at 360 nm to 1 at 830 nm, and weights whose products with the reflectance add up to XYZ.
+    pub(super) samples: Vec<(f64, [f64; 3])>,
+    /// XYZ of the white, Y being one.
+    pub(super) white: [f64; 3],
+}
+
+impl Observer {
+    /// The observer of the table `functions` under the column `illuminant` of the table `illuminants`: both in the format of
+    /// the files in data/color/.
+    pub(super) fn new(functions: &str, illuminants: &str, illuminant: &str) -> Result<Self> {
+        let power = column(illuminants, illuminant)?;
+        let [x, y, z] = [column(functions, "x")?, column(functions, "y")?, column(functions, "z")?];
+        let mut samples = Vec::with_capacity(x.len());
+        for (i, &(nm, x)) in x.iter().enumerate() {
+            let power = interpolate(&power, nm);
+            samples.push(((nm - 595.0) / 235.0, [x * power, y[i].1 * power, z[i].1 * power]));
+        }
+        let total: f64 = samples.iter().map(|(_, weights)| weights[1]).sum();
+        let mut white = [0.0; 3];
+        for (_, weights) in &mut samples {
+            *weights = weights.map(|weight| weight / total);
+            for (white, weight) in white.iter_mut().zip(*weights) {
+                *white += weight;
+            }
+        }
+        Ok(Self { samples, white })
+    }
+}
+
+/// The pairs of wavelength and value in the column called `name` of a table with commas.
+fn column(table: &str, name: &str) -> Result<Vec<(f64, f64)>> {
+    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
+    let head = lines.next().ok_or("the table is empty")?;
+    let place = head.split(',').position(|word| word == name).ok_or_else(|| format!("no column `{name}`"))?;
+    lines
+        .map(|line| {
+            let words: Vec<&str> = line.split(',').collect();
+            let value = words.get(place).ok_or_else(|| format!("a short line: `{line}`"))?;
+            Ok((words[0].parse()?, value.parse()?))
+        })
+        .collect()
+}
+
+/// The value at `nm`, linear between the pairs and constant outside.
+fn interpolate(pairs: &[(f64, f64)], nm: f64) -> f64 {
+    let after = pairs.partition_point(|&(x, _)| x < nm).clamp(1, pairs.len() - 1);
+    let ((x0, y0), (x1, y1)) = (pairs[after - 1], pairs[after]);
+    y0 + (y1 - y0) * ((nm - x0) / (x1 - x0)).clamp(0.0, 1.0)
+}
