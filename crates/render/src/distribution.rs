@@ -6,7 +6,11 @@
 //!
 //! Negative and non-finite values count as zero.
 
+mod windowed;
+
 use sahl_math::Vec2;
+
+pub use windowed::{Window, Windowed2d};
 
 /// The largest number below one: where coordinates of samples end.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;

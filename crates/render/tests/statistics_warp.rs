@@ -1,7 +1,7 @@
 //! Every warp, table and pixel filter: samples follow the density, inverses undo, weights have the right mean.
 
 use sahl_math::{Vec2, Vec3};
-use sahl_render::distribution::{AliasTable, PiecewiseConstant1d, PiecewiseConstant2d};
+use sahl_render::distribution::{AliasTable, PiecewiseConstant1d, PiecewiseConstant2d, Windowed2d};
 use sahl_render::filter::PixelFilter;
 use sahl_render::warp;
 use sahl_scene::Filter;
@@ -129,6 +129,18 @@ fn tables() {
     let grid = PiecewiseConstant2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 1.0, 0.0, 0.1, 0.0, 0.0], 3);
     let test = SquareTest { x_bins: 30, y_bins: 32, samples: SAMPLES, tests: TESTS, ..SquareTest::default() };
     test.run(|u| Some(grid.sample(u.into()).0), |p| grid.pdf(p)).unwrap();
+    let grid = Windowed2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 1.0, 0.0, 0.1, 0.0, 0.0], 3);
+    for [low, high] in [[[0.0, 0.0], [1.0, 1.0]], [[0.1, 0.55], [0.85, 0.8]], [[0.35, 0.6], [0.6, 0.7]]] {
+        let window = [Vec2::from(low), Vec2::from(high)];
+        let size = window[1] - window[0];
+        let stretched = |p: Vec2| Vec2::new((p.x - low[0]) / size.x, (p.y - low[1]) / size.y);
+        let inside = |p: Vec2| Vec2::new(low[0] + p.x * size.x, low[1] + p.y * size.y);
+        test.run(
+            |u| grid.sample(u.into(), window).map(|(p, _)| stretched(p).map(|x| x.clamp(0.0, 1.0))),
+            |p| grid.pdf(inside(p), window) * size.x * size.y,
+        )
+        .unwrap_or_else(|error| panic!("{window:?}: {error}"));
+    }
     let weights = [0.0, 3.0, 1e-3, 5.0, 0.0, 2.0, 2.0];
     let alias = AliasTable::new(&weights);
     let probabilities: Vec<f32> = (0..weights.len()).map(|i| alias.pmf(i)).collect();

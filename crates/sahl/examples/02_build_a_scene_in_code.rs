@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scale: 1.0,
         illuminance: None,
         light_to_world: Transform::IDENTITY,
+        portal: None,
     };
     scene.lights.push(light, Origin::default());
 

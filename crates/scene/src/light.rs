@@ -6,7 +6,7 @@ use sahl_image::Image;
 use sahl_math::{Transform, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Handle, Spectrum};
+use crate::{Handle, Spectrum, SpectrumParam};
 
 /// A light that is not a shape. Positions and directions are in the world.
 ///
@@ -43,6 +43,32 @@ pub enum Light {
         /// Width of the soft border, inside the cone, in radians.
         penumbra: f32,
     },
+    /// Shines from a point by a table of factors over directions: a measured lamp.
+    Goniometric {
+        /// Radiant intensity where the table says one.
+        intensity: Spectrum,
+        /// Factor on the intensity.
+        scale: f32,
+        /// Total flux instead of the intensity's magnitude.
+        power: Option<f32>,
+        /// The table, the mean of whose colours counts: a square equal-area octahedral image, z up (Clarberg 2008).
+        image: Handle<Arc<Image>>,
+        /// From the space in which the image is laid out, whose origin is the light, to the world.
+        light_to_world: Transform,
+    },
+    /// Throws a picture from a point: along +z, its top toward +y, its left toward −x.
+    Projection {
+        /// Radiant intensity by direction.
+        image: Handle<Arc<Image>>,
+        /// Factor on the intensity.
+        scale: f32,
+        /// Total flux instead of the magnitude.
+        power: Option<f32>,
+        /// Angle that the shorter side of the picture fills, in radians.
+        fov: f32,
+        /// From the light's space, whose origin is the light, to the world.
+        light_to_world: Transform,
+    },
     /// Parallel light from infinitely far away.
     Distant {
         /// Irradiance on a surface that faces the light.
@@ -64,6 +90,9 @@ pub enum Light {
         illuminance: Option<f32>,
         /// From the space in which the image is laid out to the world.
         light_to_world: Transform,
+        /// A rectangle in the world through which alone the light comes: its corners in order round it, such that
+        /// (p₃ − p₀) × (p₁ − p₀) points out of the room.
+        portal: Option<[Vec3; 4]>,
     },
 }
 
@@ -82,8 +111,8 @@ pub enum Radiance {
 /// Emission of a shape.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AreaLight {
-    /// Emitted radiance, the same in all directions.
-    pub radiance: Spectrum,
+    /// Emitted radiance, the same in all directions; a texture may vary it over the surface.
+    pub radiance: SpectrumParam,
     /// Factor on the radiance.
     pub scale: f32,
     /// Whether both sides emit; otherwise the side of the surface normal does.

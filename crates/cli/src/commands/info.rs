@@ -103,7 +103,10 @@ fn lights(scene: &SceneDesc) -> Tally {
     let others = scene.lights.values().iter().map(|light| match light {
         Light::Point { .. } => "point",
         Light::Spot { .. } => "spot",
+        Light::Goniometric { .. } => "goniometric",
+        Light::Projection { .. } => "projection",
         Light::Distant { .. } => "distant",
+        Light::Infinite { portal: Some(_), .. } => "infinite through a portal",
         Light::Infinite { radiance: Radiance::Constant(_), .. } => "infinite constant",
         Light::Infinite { .. } => "infinite image",
     });

@@ -220,6 +220,7 @@ fn add_sky(scene: &mut SceneDesc, rgb: [f32; 3]) {
         scale: 1.0,
         illuminance: None,
         light_to_world: Transform::IDENTITY,
+        portal: None,
     };
     add_light(scene, "sky", sky);
 }
@@ -232,8 +233,12 @@ fn light_object(scene: &mut SceneDesc, center: Vec3, radius: f32) {
     let disk =
         Geometry::Disk { height: 0.0, radius: radius * 1.5, inner_radius: 0.0, phi_max: 4.0 * FRAC_PI_2 };
     // Seen from the object it fills 0.28 sr: an irradiance of 2.4 beside the sky's 1.4.
-    let lamp =
-        AreaLight { radiance: Spectrum::srgb([9.0, 8.6, 8.0]), scale: 1.0, two_sided: false, power: None };
+    let lamp = AreaLight {
+        radiance: SpectrumParam::Constant(Spectrum::srgb([9.0, 8.6, 8.0])),
+        scale: 1.0,
+        two_sided: false,
+        power: None,
+    };
     let black = Material::Diffuse { reflectance: SpectrumParam::Constant(Spectrum::Constant(0.0)) };
     add_shape(scene, "lamp", disk, shape_to_world, black, Some(lamp));
 }

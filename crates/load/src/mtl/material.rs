@@ -22,7 +22,7 @@ pub(super) fn translate(
     unheeded: &mut Vec<(&'static str, Span)>,
 ) -> (Material, Option<AreaLight>) {
     let area_light = entry.ke.filter(|ke| ke.max() > 0.0).map(|ke| AreaLight {
-        radiance: Spectrum::srgb(ke.rgb),
+        radiance: SpectrumParam::Constant(Spectrum::srgb(ke.rgb)),
         scale: 1.0,
         two_sided: true,
         power: None,

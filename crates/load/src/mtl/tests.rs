@@ -94,7 +94,10 @@ fn mirrors_are_conductors() {
 #[test]
 fn emission_lights_both_sides() {
     let light = read("newmtl m\nKe 1 2 3\n").built.area_light.unwrap();
-    assert_eq!((light.radiance, light.two_sided), (Spectrum::srgb([1.0, 2.0, 3.0]), true));
+    assert_eq!(
+        (light.radiance, light.two_sided),
+        (SpectrumParam::Constant(Spectrum::srgb([1.0, 2.0, 3.0])), true)
+    );
     assert_eq!(read("newmtl m\nKe 0 0 0\n").built.area_light, None);
 }
 

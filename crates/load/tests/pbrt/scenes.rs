@@ -162,7 +162,7 @@ fn textures_arrive() {
 fn lights_arrive() {
     let scene = loaded("lights/all.pbrt").scene;
     let lights = scene.lights.values();
-    assert_eq!(lights.len(), 7);
+    assert_eq!(lights.len(), 10);
     let Light::Spot { intensity, direction, angle, penumbra, .. } = &lights[4] else { panic!("{lights:?}") };
     assert_eq!(*intensity, Spectrum::Blackbody(4000.0));
     assert!(close(*direction, -Vec3::Z));
@@ -171,9 +171,25 @@ fn lights_arrive() {
     assert_eq!((*illuminance, radiance), (Some(10.0), &Spectrum::Named("stdillum-D65".to_owned())));
     assert!(close(*direction, Vec3::Z));
     assert!(matches!(&lights[6], Light::Infinite { radiance: Radiance::EqualArea(_), .. }));
+    let Light::Goniometric { intensity, power, light_to_world, .. } = &lights[7] else {
+        panic!("{lights:?}")
+    };
+    assert_eq!((intensity, *power), (&Spectrum::srgb([1.0, 2.0, 3.0]), Some(30.0)));
+    // The table's z is pbrt's y.
+    assert!(
+        close(light_to_world.vector(Vec3::Z), Vec3::Y)
+            && close(light_to_world.point(Vec3::ZERO), Vec3::Z * 2.0)
+    );
+    let Light::Projection { fov, scale, light_to_world, .. } = &lights[8] else { panic!("{lights:?}") };
+    assert!((fov.to_degrees() - 40.0).abs() < 1e-4 && *scale == 3.0);
+    assert!(close(light_to_world.point(Vec3::ZERO), Vec3::Z * 2.0));
+    let Light::Infinite { radiance: Radiance::Constant(_), portal: Some(portal), .. } = &lights[9] else {
+        panic!("{lights:?}")
+    };
+    assert_eq!(portal[1], Vec3::new(-1.0, 5.0, 2.0));
     let emission = scene.shapes.values()[0].area_light.as_ref().unwrap();
     assert!(emission.two_sided);
-    assert_eq!(emission.radiance, Spectrum::srgb([5.0; 3]));
+    assert_eq!(emission.radiance, SpectrumParam::Constant(Spectrum::srgb([5.0; 3])));
     assert_eq!(scene.shapes.values()[1].area_light, None);
 }
 

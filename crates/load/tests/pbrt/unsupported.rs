@@ -2,8 +2,8 @@
 
 use sahl_load::{MemoryAssets, load_pbrt};
 use sahl_scene::{
-    Diagnostics, Film, Filter, Integrator, Light, Material, PathTracer, SceneDesc, Spectrum, SpectrumParam,
-    Texture,
+    Diagnostics, Film, Filter, Integrator, Light, LightSampler, Material, PathTracer, SceneDesc, Spectrum,
+    SpectrumParam, Texture,
 };
 
 fn read(text: &str) -> (SceneDesc, Diagnostics) {
@@ -89,13 +89,18 @@ fn textures() {
 
 #[test]
 fn lights_media_and_motion() {
-    let scene = warned("WorldBegin LightSource \"goniometric\" \"string filename\" \"g.png\"", "`point`");
+    let scene = warned("WorldBegin LightSource \"goniometric\"", "alike in all directions");
     assert!(matches!(scene.lights.values(), [Light::Point { .. }]));
-    let scene = warned(
-        "WorldBegin LightSource \"projection\" \"string filename\" \"p.png\" \"float fov\" 60",
-        "`spot`",
-    );
-    assert!(matches!(scene.lights.values(), [Light::Spot { .. }]));
+    let sampler = |name| format!("Integrator \"path\" \"string lightsampler\" \"{name}\" WorldBegin");
+    for (name, expected) in
+        [("bvh", LightSampler::Tree), ("power", LightSampler::Power), ("uniform", LightSampler::Uniform)]
+    {
+        let scene = silent(&sampler(name));
+        assert!(
+            matches!(scene.integrator, Integrator::Path(PathTracer { light_sampler, .. }) if light_sampler == expected)
+        );
+    }
+    warned(&sampler("exhaustive"), "`bvh` is used");
     warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"", "motion");
     silent("WorldBegin ActiveTransform All Translate 1 0 0 Shape \"sphere\"");
     warned("Option \"forcediffuse\" true WorldBegin", "stay as they are");

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use sahl_accel::{CurveSet, Cylinder, Disk, Instance, PatchMesh, Sphere, TriangleMesh, World};
-use sahl_math::{Transform, Vec3};
-use sahl_scene::{CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape};
+use sahl_math::{Transform, Vec2, Vec3};
+use sahl_scene::{CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape, SpectrumParam};
 
 use super::displacement::displaced;
-use super::lights::LightBuilder;
+use super::lights::{EmittingSurface, LightBuilder};
 use crate::light::Presence;
 use crate::material;
 use crate::scene::SceneStats;
 use crate::shape::{
-    Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, TriangleEmitter,
-    clamp_heights, clamp_sweep, uniform_scale,
+    Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, SurfaceMap,
+    TriangleEmitter, clamp_heights, clamp_sweep, uniform_scale,
 };
 use crate::texture::{FloatSource, TexturePoint, Textures};
 
@@ -47,9 +47,15 @@ impl<'a> GeometryBuilder<'a> {
                 if matches!(shape.geometry, Geometry::Curves(_)) {
                     lights.refuse_curve(span);
                 } else {
-                    let (emitters, presence) = (self.emitters(shape, index), self.presence(shape));
-                    self.attributes[index as usize].lights =
-                        lights.add_area(area_light, emitters, presence, span);
+                    let surface = EmittingSurface {
+                        emitters: self.emitters(shape, index),
+                        maps: match area_light.radiance {
+                            SpectrumParam::Texture(_) => self.surface_maps(shape, index),
+                            SpectrumParam::Constant(_) => Vec::new(),
+                        },
+                        presence: self.presence(shape),
+                    };
+                    self.attributes[index as usize].lights = lights.add_area(area_light, surface, span);
                 }
             }
             if !self.is_absent(shape) {
@@ -250,6 +256,33 @@ impl<'a> GeometryBuilder<'a> {
             _ => quadric_emitter(&shape.geometry, to_world, flip).into_iter().collect(),
         }
     }
+
+    /// How textures lie on the primitives of a shape of the world, in order.
+    fn surface_maps(&self, shape: &Shape, index: u32) -> Vec<SurfaceMap> {
+        let uvs = self.attributes[index as usize].uvs.as_ref();
+        let at = |uvs: &Arc<[Vec2]>, i: u32| uvs.get(i as usize).copied().unwrap_or(Vec2::ZERO);
+        match &self.world.geometries[index as usize] {
+            sahl_accel::Geometry::Triangles(mesh) => {
+                let map = |indices: &[u32; 3]| {
+                    uvs.map_or(SurfaceMap::PLAIN_TRIANGLE, |uvs| {
+                        SurfaceMap::Triangle(indices.map(|i| at(uvs, i)))
+                    })
+                };
+                mesh.indices.iter().map(map).collect()
+            }
+            sahl_accel::Geometry::Patches(mesh) => {
+                let map = |indices: &[u32; 4]| {
+                    uvs.map_or(SurfaceMap::PLAIN_PATCH, |uvs| SurfaceMap::Patch(indices.map(|i| at(uvs, i))))
+                };
+                mesh.indices.iter().map(map).collect()
+            }
+            _ => {
+                let from_world = shape.shape_to_world.inverse();
+                let map = |shape| SurfaceMap::Quadric { shape, from_world };
+                quadric_shape(&shape.geometry).map(map).into_iter().collect()
+            }
+        }
+    }
 }
 
 /// The values at `indices`, which validation found to be in range.
@@ -273,19 +306,27 @@ fn baked_positions(positions: &Arc<[Vec3]>, transform: &Transform) -> Arc<[Vec3]
     positions.iter().map(|&p| transform.point(p)).collect()
 }
 
-/// The emitter that a quadric is; `None` for meshes and curves.
+/// The emitter that a quadric is; `None` for other shapes.
 fn quadric_emitter(geometry: &Geometry, to_world: &Transform, flip: bool) -> Option<Emitter> {
-    let shape = match *geometry {
+    let shape = quadric_shape(geometry)?;
+    if let QuadricShape::Sphere { radius, z_min, z_max, phi_max } = shape {
+        let is_whole = z_min == -radius && z_max == radius && phi_max == clamp_sweep(f32::INFINITY);
+        if let (true, Some(scale)) = (is_whole, uniform_scale(to_world)) {
+            let center = to_world.point(Vec3::ZERO);
+            return Some(Emitter::Sphere(SphereEmitter::new(center, radius * scale, flip)));
+        }
+    }
+    Some(Emitter::Quadric(Box::new(QuadricEmitter::new(shape, to_world, flip))))
+}
+
+/// A quadric in its own space, within its limits; `None` for other shapes.
+fn quadric_shape(geometry: &Geometry) -> Option<QuadricShape> {
+    Some(match *geometry {
         Geometry::Triangles(_) | Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Displaced { .. } => {
             return None;
         }
         Geometry::Sphere { radius, z_min, z_max, phi_max } => {
             let ((z_min, z_max), phi_max) = (clamp_heights(z_min, z_max, radius), clamp_sweep(phi_max));
-            let is_whole = z_min == -radius && z_max == radius && phi_max == clamp_sweep(f32::INFINITY);
-            if let (true, Some(scale)) = (is_whole, uniform_scale(to_world)) {
-                let center = to_world.point(Vec3::ZERO);
-                return Some(Emitter::Sphere(SphereEmitter::new(center, radius * scale, flip)));
-            }
             QuadricShape::Sphere { radius, z_min, z_max, phi_max }
         }
         Geometry::Disk { height, radius, inner_radius, phi_max } => QuadricShape::Disk {
@@ -300,6 +341,5 @@ fn quadric_emitter(geometry: &Geometry, to_world: &Transform, flip: bool) -> Opt
             z_max: z_min.max(z_max),
             phi_max: clamp_sweep(phi_max),
         },
-    };
-    Some(Emitter::Quadric(Box::new(QuadricEmitter::new(shape, to_world, flip))))
+    })
 }

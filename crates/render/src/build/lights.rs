@@ -3,19 +3,31 @@
 use std::f32::consts::PI;
 use std::sync::Arc;
 
-use sahl_image::Image;
-use sahl_math::Transform;
+use sahl_image::{ColorSpace, Image};
+use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Diagnostic, Diagnostics, Handle, Light as Description, Radiance, SceneDesc, Span, Spectrum,
+    Diagnostic, Diagnostics, Handle, Integrator, Light as Description, Radiance, SceneDesc, Span, Spectrum,
 };
 
 use super::displacement::MOST_TRIANGLES;
 use crate::light::{
-    AreaLight, DistantLight, Emission, ImageEnvironment, Light, PointLight, Presence, SphereMap, SpotLight,
+    AreaLight, DistantLight, Emission, EmissionTexture, GoniometricLight, ImageEnvironment, Light,
+    PointLight, Portal, PortalEnvironment, Presence, ProjectionLight, Sampled, Sky, SphereMap, SpotLight,
     is_rigid,
 };
-use crate::shape::Emitter;
-use crate::spectrum::{ColorRole, SpectralCurve};
+use crate::shape::{Emitter, SurfaceMap};
+use crate::spectrum::{ColorRole, SpectralCurve, Wavelengths};
+use crate::texture::{SpectrumSource, Textures};
+
+/// A shape that emits.
+pub(super) struct EmittingSurface {
+    /// Its primitives.
+    pub(super) emitters: Vec<Emitter>,
+    /// How textures lie on each of them; needed only if the radiance is one.
+    pub(super) maps: Vec<SurfaceMap>,
+    /// How much of it is there.
+    pub(super) presence: Presence,
+}
 
 /// Collects the lights of a scene.
 ///
@@ -23,13 +35,18 @@ use crate::spectrum::{ColorRole, SpectralCurve};
 /// magnitude of its own, which stays a factor: so does pbrt-v4.
 pub(super) struct LightBuilder<'a> {
     description: &'a SceneDesc,
+    textures: &'a Textures,
     diagnostics: &'a mut Diagnostics,
     pub(super) lights: Vec<Light>,
 }
 
 impl<'a> LightBuilder<'a> {
-    pub(super) fn new(description: &'a SceneDesc, diagnostics: &'a mut Diagnostics) -> Self {
-        Self { description, diagnostics, lights: Vec::new() }
+    pub(super) fn new(
+        description: &'a SceneDesc,
+        textures: &'a Textures,
+        diagnostics: &'a mut Diagnostics,
+    ) -> Self {
+        Self { description, textures, diagnostics, lights: Vec::new() }
     }
 
     /// Adds a light for each of the primitives of a shape; returns their indices, or `None` if they are black.
@@ -38,23 +55,60 @@ impl<'a> LightBuilder<'a> {
     pub(super) fn add_area(
         &mut self,
         light: &sahl_scene::AreaLight,
-        emitters: Vec<Emitter>,
-        presence: Presence,
+        surface: EmittingSurface,
         span: Option<Span>,
     ) -> Option<Box<[u32]>> {
-        let area: f32 = emitters.iter().map(Emitter::area).sum();
-        let sides = if light.two_sided { 2.0 } else { 1.0 };
-        let scale = light.scale * light.power.map_or(1.0, |power| power / (PI * area * sides));
-        let radiance = self.emission(&light.radiance, scale, span);
-        if radiance.is_black() {
-            return None;
-        }
         let first = self.lights.len() as u32;
-        let new = emitters
-            .into_iter()
-            .map(|emitter| AreaLight::new(emitter, radiance.clone(), light.two_sided, presence));
-        self.lights.extend(new.map(Light::Area));
-        Some((first..self.lights.len() as u32).collect())
+        let role = ColorRole::Illuminant;
+        match self.textures.spectrum_source(&light.radiance, role, span, self.diagnostics) {
+            SpectrumSource::Constant(curve) => self.add_plain(light, surface, curve),
+            source @ SpectrumSource::Texture(..) => self.add_textured(light, surface, &source),
+        }
+        let added = first..self.lights.len() as u32;
+        (!added.is_empty()).then(|| added.collect())
+    }
+
+    /// Lights of the same radiance everywhere.
+    fn add_plain(&mut self, light: &sahl_scene::AreaLight, surface: EmittingSurface, curve: SpectralCurve) {
+        let EmittingSurface { emitters, presence, .. } = surface;
+        let area: f32 = emitters.iter().map(Emitter::area).sum();
+        let scale = light.scale * light.power.map_or(1.0, |power| power / (PI * area * sides(light)));
+        let radiance = Emission { curve, scale };
+        if !radiance.is_black() {
+            let new = emitters
+                .into_iter()
+                .map(|emitter| AreaLight::new(emitter, radiance.clone(), light.two_sided, presence));
+            self.lights.extend(new.map(Light::Area));
+        }
+    }
+
+    /// Lights whose radiance is a texture; each is chosen by its own mean.
+    fn add_textured(
+        &mut self,
+        light: &sahl_scene::AreaLight,
+        surface: EmittingSurface,
+        source: &SpectrumSource,
+    ) {
+        let EmittingSurface { emitters, maps, presence } = surface;
+        // Some thousand points of a shape, and some of each primitive.
+        let side = (64.0 / (emitters.len() as f32).sqrt()).ceil().max(4.0) as usize;
+        let mut flux = 0.0;
+        let mut parts = Vec::with_capacity(emitters.len());
+        for (emitter, map) in emitters.into_iter().zip(maps) {
+            let texture = EmissionTexture::new(source.clone(), 1.0, map);
+            let mean = texture.mean(&emitter, self.textures, side);
+            flux += PI * emitter.area() * sides(light) * ColorSpace::Srgb.luminance(mean);
+            parts.push((emitter, texture, mean));
+        }
+        let factor = light.power.map_or(1.0, |power| power / flux);
+        let scale = if factor.is_finite() { light.scale * factor } else { 0.0 };
+        for (emitter, texture, mean) in parts {
+            // The mean of what is in gamut already has nothing to complain about.
+            let mean = Spectrum::srgb(mean);
+            let curve = SpectralCurve::new(&mean, ColorRole::Illuminant, None, &mut Diagnostics::default());
+            let area_light = AreaLight::new(emitter, Emission { curve, scale }, light.two_sided, presence);
+            self.lights.push(Light::Area(area_light.with_texture(texture.scaled(scale))));
+        }
     }
 
     /// Tells that a shape of an object does not emit, as in pbrt-v4.
@@ -91,14 +145,28 @@ impl<'a> LightBuilder<'a> {
                     Some(Light::Point(PointLight { position: *position, intensity }))
                 }
                 Description::Spot { .. } => self.spot(light, span),
+                Description::Goniometric { .. } => self.goniometric(light, span),
+                Description::Projection { image, scale, power, fov, light_to_world } => {
+                    self.warn_unless_rigid(light_to_world, "a projection light", span);
+                    let image = &self.description.images[*image];
+                    let light = ProjectionLight::new(image, *fov, light_to_world);
+                    light.map(|light| Light::Projection(Box::new(with_power(light, *scale, *power))))
+                }
                 Description::Distant { radiance, scale, illuminance, direction } => {
                     let irradiance = self.emission(radiance, scale * illuminance.unwrap_or(1.0), span);
                     direction
                         .try_normalize()
                         .map(|direction| Light::Distant(DistantLight { direction, irradiance }))
                 }
-                Description::Infinite { radiance, scale, illuminance, light_to_world } => {
-                    self.infinite(radiance, (*scale, *illuminance), light_to_world, span)
+                Description::Infinite { radiance, scale, illuminance, light_to_world, portal } => {
+                    let sky = self.sky(radiance, (*scale, *illuminance), light_to_world, span);
+                    sky.and_then(|sky| match portal {
+                        Some(corners) => self.portal(sky, *corners, span),
+                        None => Some(match sky {
+                            Sky::Uniform(radiance) => Light::Uniform(radiance),
+                            Sky::Image(image) => Light::Image(Box::new(image)),
+                        }),
+                    })
                 }
             };
             self.lights.extend(new);
@@ -128,18 +196,57 @@ impl<'a> LightBuilder<'a> {
         Some(Light::Spot(spot))
     }
 
-    fn infinite(
+    fn goniometric(&mut self, light: &Description, span: Option<Span>) -> Option<Light> {
+        let Description::Goniometric { intensity, scale, power, image, light_to_world } = light else {
+            return None;
+        };
+        self.warn_unless_rigid(light_to_world, "a goniometric light", span);
+        let image = &self.description.images[*image];
+        if !self.is_square(image, "the table of a goniometric light", span) {
+            return None;
+        }
+        let intensity = self.emission(intensity, *scale, span);
+        let mut light = GoniometricLight::new(image, intensity, light_to_world)?;
+        if let Some(power) = power {
+            let factor = power / light.effective_solid_angle();
+            light.intensity.scale *= if factor.is_finite() { factor } else { 0.0 };
+        }
+        Some(Light::Goniometric(Box::new(light)))
+    }
+
+    /// The sky through the rectangle with the given corners, which must face out of the room.
+    fn portal(&mut self, sky: Sky, corners: [Vec3; 4], span: Option<Span>) -> Option<Light> {
+        let Some(portal) = Portal::new(corners) else {
+            self.diagnostics.push(
+                Diagnostic::error("portal-shape", span, "the portal of an infinite light is not a rectangle")
+                    .with_help("give its four corners in order round it"),
+            );
+            return None;
+        };
+        if !portal.is_inside(self.description.camera.camera_to_world.point(Vec3::ZERO)) {
+            let message =
+                "the portal of an infinite light faces the camera: its light goes to the other side";
+            self.diagnostics.push(
+                Diagnostic::warning("portal-orientation", span, message)
+                    .with_note("what is on the camera's side of the portal gets no light from this sky")
+                    .with_help("if the camera stands in the room, give the corners in the opposite order"),
+            );
+        }
+        Some(Light::Portal(Box::new(PortalEnvironment::new(sky, portal))))
+    }
+
+    fn sky(
         &mut self,
         radiance: &Radiance,
         (scale, illuminance): (f32, Option<f32>),
         light_to_world: &Transform,
         span: Option<Span>,
-    ) -> Option<Light> {
+    ) -> Option<Sky> {
         let (image, map) = match radiance {
             Radiance::Constant(spectrum) => {
                 // The irradiance of a sky of radiance one is π.
                 let scale = scale * illuminance.map_or(1.0, |illuminance| illuminance / PI);
-                return Some(Light::Uniform(self.emission(spectrum, scale, span)));
+                return Some(Sky::Uniform(self.emission(spectrum, scale, span)));
             }
             Radiance::EqualArea(image) => (image, SphereMap::EqualArea),
             Radiance::LatLong(image) => (image, SphereMap::LatLong),
@@ -149,7 +256,7 @@ impl<'a> LightBuilder<'a> {
             Some(illuminance) => illuminance / light.illuminance(),
             None => 1.0,
         };
-        Some(Light::Image(Box::new(light.scaled(if factor.is_finite() { scale * factor } else { 0.0 }))))
+        Some(Sky::Image(light.scaled(if factor.is_finite() { scale * factor } else { 0.0 })))
     }
 
     fn image_environment(
@@ -160,25 +267,46 @@ impl<'a> LightBuilder<'a> {
         span: Option<Span>,
     ) -> Option<ImageEnvironment> {
         let image = &self.description.images[image];
-        if map == SphereMap::EqualArea && image.width != image.height {
-            let (width, height) = (image.width, image.height);
-            self.diagnostics.push(
-                Diagnostic::error(
-                    "environment-not-square",
-                    span,
-                    format!(
-                        "an equal-area environment must be a square image, found {width} x {height} pixels"
-                    ),
-                )
-                .with_help("convert a latitude-longitude image with `imgtool makeequiarea`"),
-            );
+        if map == SphereMap::EqualArea && !self.is_square(image, "an equal-area environment", span) {
             return None;
         }
-        if !is_rigid(light_to_world) {
+        self.warn_unless_rigid(light_to_world, "an environment", span);
+        // Whitted's integrator has no other way to find the sky than sampling it.
+        let sampled = match self.description.integrator {
+            Integrator::Whitted { .. } => Sampled::Alone,
+            _ => Sampled::WithBsdf,
+        };
+        ImageEnvironment::new(image, map, light_to_world, sampled)
+    }
+
+    /// Whether `image` is square, which is an error otherwise.
+    fn is_square(&mut self, image: &Image, what: &str, span: Option<Span>) -> bool {
+        let (width, height) = (image.width, image.height);
+        if width != height {
+            let message = format!("{what} must be a square image, found {width} x {height} pixels");
+            self.diagnostics.push(
+                Diagnostic::error("environment-not-square", span, message)
+                    .with_help("convert a latitude-longitude image with `imgtool makeequiarea`"),
+            );
+        }
+        width == height
+    }
+
+    fn warn_unless_rigid(&mut self, transform: &Transform, what: &str, span: Option<Span>) {
+        if !is_rigid(transform) {
             let message =
-                "the transform of an environment is not a rotation: shear and uneven scaling are ignored";
+                format!("the transform of {what} is not a rotation: shear and uneven scaling are ignored");
             self.diagnostics.push(Diagnostic::warning("environment-deformed", span, message));
         }
-        ImageEnvironment::new(image, map, light_to_world)
     }
+}
+
+/// The light at its magnitude by `scale`, or with the given luminous flux by it.
+fn with_power(light: ProjectionLight, scale: f32, power: Option<f32>) -> ProjectionLight {
+    let factor = power.map_or(1.0, |power| power / light.power(&Wavelengths::Rgb).luminance());
+    light.scaled(if factor.is_finite() { scale * factor } else { 0.0 })
+}
+
+fn sides(light: &sahl_scene::AreaLight) -> f32 {
+    if light.two_sided { 2.0 } else { 1.0 }
 }

@@ -54,7 +54,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     media::warn_of_absence(description, &mut diagnostics);
     let textures = Textures::new(description, &mut diagnostics);
     let materials = materials(description, &textures, &mut diagnostics);
-    let mut lights = LightBuilder::new(description, &mut diagnostics);
+    let mut lights = LightBuilder::new(description, &textures, &mut diagnostics);
     let has_media = media::are_honoured(description);
     let geometry = GeometryBuilder::new(description, &textures, has_media).build(&mut lights);
     lights.add_lights();

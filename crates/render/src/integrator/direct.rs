@@ -37,7 +37,9 @@ impl Scattering<'_> {
         weigh: impl FnOnce(&LightSample, f32) -> f32,
     ) -> Spectrum {
         let u = tracer.sampler.next_2d();
-        let Some(sample) = light.sample(self.at.p, u, &tracer.wavelengths) else { return Spectrum::ZERO };
+        let Some(sample) = light.sample(self.at.p, u, &tracer.scene.textures, &tracer.wavelengths) else {
+            return Spectrum::ZERO;
+        };
         if !self.at.sides_agree(self.wo, sample.wi) {
             return Spectrum::ZERO;
         }

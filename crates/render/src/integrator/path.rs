@@ -106,11 +106,12 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Radiance of lights at infinity along a ray that left the scene.
     fn escaped(&self, tracer: &Tracer<'_>, path: &Walk) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
-        let direction = path.ray.direction;
+        // Seen from where the path was last scattered: it may have crossed borders of media since.
+        let (from, direction) = (path.arrival.from.p, path.ray.direction);
         for &index in &tracer.scene.environments {
             let light = &tracer.scene.lights[index as usize];
-            let weight = self.weight_of_found(path, index, || light.escaped_pdf(direction));
-            radiance += light.escaped(direction, &tracer.wavelengths) * weight;
+            let weight = self.weight_of_found(path, index, || light.escaped_pdf(from, direction));
+            radiance += light.escaped(from, direction, &tracer.wavelengths) * weight;
         }
         radiance
     }
@@ -119,7 +120,8 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     #[inline]
     fn emitted(&self, tracer: &Tracer<'_>, at: &Interaction, path: &Walk) -> Spectrum {
         let Some(light) = tracer.scene.light(at) else { return Spectrum::ZERO };
-        let emitted = light.emitted(at, -path.ray.direction, &tracer.wavelengths);
+        let wo = -path.ray.direction;
+        let emitted = light.emitted(at, wo, &tracer.scene.textures, &tracer.wavelengths);
         if emitted.is_zero() {
             return emitted;
         }

@@ -84,7 +84,9 @@ impl<'a> Tracer<'a> {
     /// Radiance that a surface emits along `wo`.
     #[inline]
     pub(crate) fn emitted(&self, at: &Interaction, wo: Vec3) -> Spectrum {
-        self.scene.light(at).map_or(Spectrum::ZERO, |light| light.emitted(at, wo, &self.wavelengths))
+        self.scene
+            .light(at)
+            .map_or(Spectrum::ZERO, |light| light.emitted(at, wo, &self.scene.textures, &self.wavelengths))
     }
 
     /// Radiance that arrives along a ray that left the scene.
@@ -92,7 +94,8 @@ impl<'a> Tracer<'a> {
     pub(crate) fn escaped(&self, ray: &Ray) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
         for &light in &self.scene.environments {
-            radiance += self.scene.lights[light as usize].escaped(ray.direction, &self.wavelengths);
+            radiance +=
+                self.scene.lights[light as usize].escaped(ray.origin, ray.direction, &self.wavelengths);
         }
         radiance
     }

@@ -9,7 +9,14 @@ use super::{LightSample, SphereMap};
 use crate::distribution::PiecewiseConstant2d;
 use crate::spectrum::{ColorLookup, ColorRole, Spectrum, Wavelengths};
 
+/// A sky whose brightest texel exceeds the mean by less than this share has no structure but that of rounding.
+const LEAST_CONTRAST: f32 = 1e-3;
+
 /// Radiance by direction, from an image; directions are sampled in proportion to it.
+///
+/// Where directions are found by the BSDF as well (multiple importance sampling), those that are no brighter than the mean are
+/// left to it, and the others sampled in proportion to what they are brighter. Source: Karlík, Šik, Vévoda, Skřivan,
+/// Křivánek, *MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling*, ACM TOG 38(6), 2019.
 ///
 /// Equal-area images are constant within a pixel, as in pbrt-v4, and sampled exactly; latitude-longitude images are
 /// interpolated bilinearly, and a pixel is sampled in proportion to its mean under that interpolation.
@@ -29,19 +36,25 @@ pub(crate) struct ImageEnvironment {
 
 impl ImageEnvironment {
     /// The environment that `image` is, `None` if it has no pixels. Negative and non-finite values count as zero.
-    pub(crate) fn new(image: &Image, map: SphereMap, light_to_world: &Transform) -> Option<Self> {
+    pub(crate) fn new(
+        image: &Image,
+        map: SphereMap,
+        light_to_world: &Transform,
+        sampled: Sampled,
+    ) -> Option<Self> {
         let (width, height) = (image.width, image.height);
-        let mut texels = Vec::with_capacity(width.checked_mul(height)?);
-        for y in 0..height {
-            for x in 0..width {
-                let [r, g, b, _] = image.pixel(x, y);
-                texels.push([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }));
-            }
+        let texels = linear_texels(image)?;
+        let mut weights = mean_radiance(map, &texels, width, height);
+        let solid_angle = |i: usize| match map {
+            SphereMap::EqualArea => 1.0,
+            SphereMap::LatLong => (PI * ((i / width) as f32 + 0.5) / height as f32).sin(),
+        };
+        if sampled == Sampled::WithBsdf {
+            compensate(&mut weights, solid_angle);
         }
-        if texels.is_empty() {
-            return None;
+        for (i, weight) in weights.iter_mut().enumerate() {
+            *weight *= solid_angle(i);
         }
-        let weights = sampling_weights(map, &texels, width, height);
         let distribution = PiecewiseConstant2d::new(&weights, width);
         let axes = orthonormal_axes(light_to_world);
         let colors = ColorLookup::new(image.color_space);
@@ -51,6 +64,20 @@ impl ImageEnvironment {
     /// Multiplies the radiance by `factor`.
     pub(crate) fn scaled(self, factor: f32) -> Self {
         Self { scale: self.scale * factor, ..self }
+    }
+
+    /// Texels along an axis, in the mean of both.
+    pub(super) fn resolution(&self) -> usize {
+        (self.width * self.height).isqrt()
+    }
+
+    /// The directions of the middles of all texels, in the world.
+    pub(super) fn texel_directions(&self) -> impl Iterator<Item = Vec3> {
+        let (width, height) = (self.width, self.height);
+        (0..width * height).map(move |i| {
+            let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            self.to_world(self.map.direction(Vec2::new(x / width as f32, y / height as f32)))
+        })
     }
 
     /// Radiance from a unit direction in the world.
@@ -114,7 +141,7 @@ impl ImageEnvironment {
 
     #[inline]
     fn to_local(&self, w: Vec3) -> Vec3 {
-        Vec3::new(w.dot(self.axes[0]), w.dot(self.axes[1]), w.dot(self.axes[2]))
+        to_axes(&self.axes, w)
     }
 
     #[inline]
@@ -161,8 +188,46 @@ impl ImageEnvironment {
     }
 }
 
-/// The share of each texel in the flux: mean of its lanes times its solid angle.
-fn sampling_weights(map: SphereMap, texels: &[[f32; 3]], width: usize, height: usize) -> Vec<f32> {
+/// How else the directions of an environment are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sampled {
+    /// Not at all: every direction from which light comes must be sampled.
+    Alone,
+    /// By sampling the BSDF, too.
+    WithBsdf,
+}
+
+/// The colours of an image, linear in its own space, negative and non-finite components zero; `None` if there are none.
+pub(super) fn linear_texels(image: &Image) -> Option<Vec<[f32; 3]>> {
+    let (width, height) = (image.width, image.height);
+    let mut texels = Vec::with_capacity(width.checked_mul(height)?);
+    for y in 0..height {
+        for x in 0..width {
+            let [r, g, b, _] = image.pixel(x, y);
+            texels.push([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 }));
+        }
+    }
+    (!texels.is_empty()).then_some(texels)
+}
+
+/// Subtracts the mean over the sphere from the radiance of each texel, but not below zero. A sky without structure is left as
+/// it is.
+fn compensate(radiance: &mut [f32], solid_angle: impl Fn(usize) -> f32) {
+    let mut sums = [0.0_f64; 2];
+    for (i, &value) in radiance.iter().enumerate() {
+        sums[0] += f64::from(value * solid_angle(i));
+        sums[1] += f64::from(solid_angle(i));
+    }
+    let mean = (sums[0] / sums[1]) as f32;
+    if radiance.iter().any(|&value| value > mean * (1.0 + LEAST_CONTRAST)) {
+        for value in radiance {
+            *value = (*value - mean).max(0.0);
+        }
+    }
+}
+
+/// The mean of the lanes over each texel.
+fn mean_radiance(map: SphereMap, texels: &[[f32; 3]], width: usize, height: usize) -> Vec<f32> {
     let mean = |[r, g, b]: [f32; 3]| (r + g + b) / 3.0;
     let means: Vec<f32> = texels.iter().map(|&texel| mean(texel)).collect();
     match map {
@@ -180,8 +245,7 @@ fn sampling_weights(map: SphereMap, texels: &[[f32; 3]], width: usize, height: u
                 .map(|i| {
                     let (x, y) = (i % width, i / width);
                     let at = |y: usize| across[y * width + x];
-                    let sin = (PI * (y as f32 + 0.5) / height as f32).sin();
-                    blur(at(y.saturating_sub(1)), at(y), at((y + 1).min(height - 1))) * sin
+                    blur(at(y.saturating_sub(1)), at(y), at((y + 1).min(height - 1)))
                 })
                 .collect()
         }
@@ -189,12 +253,18 @@ fn sampling_weights(map: SphereMap, texels: &[[f32; 3]], width: usize, height: u
 }
 
 /// The images of the axes under `transform`, made orthonormal (Gram and Schmidt), keeping its handedness.
-fn orthonormal_axes(transform: &Transform) -> [Vec3; 3] {
+pub(super) fn orthonormal_axes(transform: &Transform) -> [Vec3; 3] {
     let x = transform.vector(Vec3::X).normalize();
     let y = transform.vector(Vec3::Y);
     let y = (y - x * x.dot(y)).normalize();
     let z = x.cross(y);
     [x, y, if transform.swaps_handedness() { -z } else { z }]
+}
+
+/// The components of `w` along orthonormal axes.
+#[inline]
+pub(super) fn to_axes(axes: &[Vec3; 3], w: Vec3) -> Vec3 {
+    Vec3::new(w.dot(axes[0]), w.dot(axes[1]), w.dot(axes[2]))
 }
 
 /// Whether `transform` is a rotation, perhaps mirrored and scaled alike in all directions.

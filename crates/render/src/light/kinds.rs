@@ -1,11 +1,10 @@
-//! Lights at a point, parallel light, and emitting primitives.
+//! Lights at a point, and parallel light.
 
 use std::f32::consts::PI;
 
-use sahl_math::{Bounds3, Vec2, Vec3, safe_acos};
+use sahl_math::{Bounds3, Vec3, safe_acos};
 
 use super::{Cone, LightBounds, LightSample};
-use crate::shape::Emitter;
 use crate::spectrum::{SpectralCurve, Spectrum, Wavelengths};
 
 /// A quantity of emission: a curve with its magnitude.
@@ -127,76 +126,8 @@ impl DistantLight {
     }
 }
 
-/// A primitive that emits.
-#[derive(Clone, Debug)]
-pub(crate) struct AreaLight {
-    pub(super) emitter: Emitter,
-    /// The same in all directions, in W·m⁻²·sr⁻¹.
-    pub(super) radiance: Emission,
-    pub(super) two_sided: bool,
-    pub(super) presence: Presence,
-}
-
-/// How much of an emitting surface is there, and so how its light is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Presence {
-    /// This share: rays meet it with this probability, and samples of the light are that much darker.
-    Share(f32),
-    /// Rays pass it, samples find all of it: a light that is not seen itself, as pbrt-v4 makes of an alpha of zero.
-    Unseen,
-    /// It varies over the surface: rays alone find the light.
-    Varying,
-}
-
-impl Presence {
-    /// The share of the light that samples of it find.
-    fn sampled(self) -> f32 {
-        match self {
-            Self::Share(share) => share,
-            Self::Unseen => 1.0,
-            Self::Varying => 0.0,
-        }
-    }
-}
-
-impl AreaLight {
-    #[inline]
-    pub(super) fn sample(&self, from: Vec3, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
-        let (point, pdf) = self.emitter.sample(from, u)?;
-        let wi = (point.p - from).try_normalize()?;
-        let radiance = self.emitted(point.n, -wi, wavelengths) * self.presence.sampled();
-        let end = Some((point.p, point.p_error, point.n));
-        let is_delta = self.presence == Presence::Unseen;
-        (!radiance.is_zero()).then_some(LightSample { radiance, wi, pdf, is_delta, end })
-    }
-
-    /// Radiance along `wo` where the front has the normal `n`.
-    #[inline]
-    pub(super) fn emitted(&self, n: Vec3, wo: Vec3, wavelengths: &Wavelengths) -> Spectrum {
-        if self.two_sided || n.dot(wo) > 0.0 { self.radiance.at(wavelengths) } else { Spectrum::ZERO }
-    }
-
-    pub(super) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
-        self.radiance.at(wavelengths) * (PI * self.emitter.area() * sides * self.presence.sampled())
-    }
-
-    pub(super) fn bounds(&self) -> LightBounds {
-        let facing = self.emitter.facing();
-        // Seen from anywhere, a closed convex surface shows a quarter of its area (Cauchy).
-        let seen = if facing.cos <= -1.0 { 0.25 } else { 1.0 };
-        LightBounds {
-            bounds: self.emitter.bounds(),
-            facing,
-            cos_reach: 0.0,
-            two_sided: self.two_sided,
-            intensity: self.radiance.mean() * self.emitter.area() * seen * self.presence.sampled(),
-        }
-    }
-}
-
 #[inline]
-fn toward_point(position: Vec3, intensity: Spectrum, from: Vec3) -> Option<LightSample> {
+pub(super) fn toward_point(position: Vec3, intensity: Spectrum, from: Vec3) -> Option<LightSample> {
     let to_light = position - from;
     let wi = to_light.try_normalize()?;
     Some(LightSample {

@@ -6,21 +6,29 @@
 //!
 //! Deliberately absent: visibility (integrators trace the shadow ray) and emission of photons.
 
+mod area;
 mod environment;
+mod goniometric;
 mod kinds;
+mod portal;
 mod projection;
+mod projector;
 mod select;
 mod tree;
 
 use sahl_math::{Vec2, Vec3};
 
 use crate::interaction::Interaction;
-use crate::shape::{Emitter, EmitterPoint};
 use crate::spectrum::{Spectrum, Wavelengths};
+use crate::texture::Textures;
 
-pub(crate) use environment::{ImageEnvironment, is_rigid};
-pub(crate) use kinds::{AreaLight, DistantLight, Emission, PointLight, Presence, SpotLight};
+pub(crate) use area::{AreaLight, EmissionTexture, Presence};
+pub(crate) use environment::{ImageEnvironment, Sampled, is_rigid};
+pub(crate) use goniometric::GoniometricLight;
+pub(crate) use kinds::{DistantLight, Emission, PointLight, SpotLight};
+pub(crate) use portal::{Portal, PortalEnvironment, Sky};
 pub(crate) use projection::SphereMap;
+pub(crate) use projector::ProjectionLight;
 pub(crate) use select::{LightSelection, Vantage};
 pub(crate) use tree::Cone;
 use tree::LightBounds;
@@ -32,6 +40,10 @@ pub(crate) enum Light {
     Point(PointLight),
     /// A point that shines into a cone.
     Spot(SpotLight),
+    /// A point that shines by a table of directions.
+    Goniometric(Box<GoniometricLight>),
+    /// A point that throws a picture.
+    Projection(Box<ProjectionLight>),
     /// Parallel light.
     Distant(DistantLight),
     /// A primitive that emits.
@@ -40,6 +52,8 @@ pub(crate) enum Light {
     Uniform(Emission),
     /// Radiance by direction.
     Image(Box<ImageEnvironment>),
+    /// Either of these, through a window.
+    Portal(Box<PortalEnvironment>),
 }
 
 /// Light that arrives at a point, if nothing is in the way.
@@ -60,48 +74,75 @@ pub(crate) struct LightSample {
 impl Light {
     /// Light that arrives at `from`; `None` where none can.
     #[inline]
-    pub(crate) fn sample(&self, from: Vec3, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
+    pub(crate) fn sample(
+        &self,
+        from: Vec3,
+        u: Vec2,
+        textures: &Textures,
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
         match self {
             Self::Point(light) => light.sample(from, wavelengths),
             Self::Spot(light) => light.sample(from, wavelengths),
+            Self::Goniometric(light) => light.sample(from, wavelengths),
+            Self::Projection(light) => light.sample(from, wavelengths),
             Self::Distant(light) => Some(light.sample(wavelengths)),
-            Self::Area(light) => light.sample(from, u, wavelengths),
+            Self::Area(light) => light.sample(from, u, textures, wavelengths),
             Self::Uniform(radiance) => {
                 let (wi, pdf) = (crate::warp::uniform_sphere(u), crate::warp::UNIFORM_SPHERE_PDF);
                 let radiance = radiance.at(wavelengths);
                 Some(LightSample { radiance, wi, pdf, is_delta: false, end: None })
             }
             Self::Image(light) => light.sample(u, wavelengths),
+            Self::Portal(light) => light.sample(from, u, wavelengths),
         }
     }
 
-    /// Radiance that arrives along `direction`, a unit vector toward the sky, from a light that is infinitely far away;
-    /// zero for other lights.
+    /// Radiance that arrives at `from` along `direction`, a unit vector toward the sky, from a light that is infinitely far
+    /// away; zero for other lights.
     #[inline]
-    pub(crate) fn escaped(&self, direction: Vec3, wavelengths: &Wavelengths) -> Spectrum {
+    pub(crate) fn escaped(&self, from: Vec3, direction: Vec3, wavelengths: &Wavelengths) -> Spectrum {
         match self {
             Self::Uniform(radiance) => radiance.at(wavelengths),
             Self::Image(light) => light.radiance(direction, wavelengths),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => Spectrum::ZERO,
+            Self::Portal(light) => light.radiance(from, direction, wavelengths),
+            Self::Point(_)
+            | Self::Spot(_)
+            | Self::Goniometric(_)
+            | Self::Projection(_)
+            | Self::Distant(_)
+            | Self::Area(_) => Spectrum::ZERO,
         }
     }
 
-    /// Density per steradian with which [`Light::sample`] finds `direction`; zero for lights that are not infinitely
+    /// Density per steradian with which [`Light::sample`] finds `direction` from `from`; zero for lights that are not infinitely
     /// far away and for those without extent.
     #[inline]
-    pub(crate) fn escaped_pdf(&self, direction: Vec3) -> f32 {
+    pub(crate) fn escaped_pdf(&self, from: Vec3, direction: Vec3) -> f32 {
         match self {
             Self::Uniform(_) => crate::warp::UNIFORM_SPHERE_PDF,
             Self::Image(light) => light.pdf(direction),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => 0.0,
+            Self::Portal(light) => light.pdf(from, direction),
+            Self::Point(_)
+            | Self::Spot(_)
+            | Self::Goniometric(_)
+            | Self::Projection(_)
+            | Self::Distant(_)
+            | Self::Area(_) => 0.0,
         }
     }
 
     /// Radiance that a surface which is this light sends along `wo`.
     #[inline]
-    pub(crate) fn emitted(&self, at: &Interaction, wo: Vec3, wavelengths: &Wavelengths) -> Spectrum {
+    pub(crate) fn emitted(
+        &self,
+        at: &Interaction,
+        wo: Vec3,
+        textures: &Textures,
+        wavelengths: &Wavelengths,
+    ) -> Spectrum {
         match self {
-            Self::Area(light) => light.emitted(at.ng, wo, wavelengths),
+            Self::Area(light) => light.emitted(at, wo, textures, wavelengths),
             _ => Spectrum::ZERO,
         }
     }
@@ -110,10 +151,7 @@ impl Light {
     #[inline]
     pub(crate) fn pdf(&self, from: Vec3, at: &Interaction) -> f32 {
         match self {
-            Self::Area(light) => {
-                let point = EmitterPoint { p: at.p, p_error: at.p_error, n: at.ng, uv: at.parameters };
-                if light.presence == Presence::Varying { 0.0 } else { light.emitter.pdf(from, &point) }
-            }
+            Self::Area(light) => light.pdf(from, at),
             _ => 0.0,
         }
     }
@@ -125,10 +163,13 @@ impl Light {
         match self {
             Self::Point(light) => light.power(wavelengths),
             Self::Spot(light) => light.power(wavelengths),
+            Self::Goniometric(light) => light.power(wavelengths),
+            Self::Projection(light) => light.power(wavelengths),
             Self::Distant(light) => light.irradiance.at(wavelengths) * cross_section,
             Self::Area(light) => light.power(wavelengths),
             Self::Uniform(radiance) => radiance.at(wavelengths) * (4.0 * PI * cross_section),
             Self::Image(light) => light.mean(wavelengths) * (4.0 * PI * cross_section),
+            Self::Portal(light) => light.power(wavelengths),
         }
     }
 
@@ -137,21 +178,16 @@ impl Light {
         match self {
             Self::Point(light) => Some(LightBounds::point(light.position, light.intensity.mean())),
             Self::Spot(light) => Some(light.bounds()),
+            Self::Goniometric(light) => Some(light.bounds()),
+            Self::Projection(light) => Some(light.bounds()),
             Self::Area(light) => Some(light.bounds()),
-            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) => None,
+            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) | Self::Portal(_) => None,
         }
     }
 
-    /// Whether the light is infinitely far away in all directions, so that rays that leave the scene find it.
+    /// Whether the light is infinitely far away in many directions, so that rays that leave the scene find it.
     pub(crate) fn is_environment(&self) -> bool {
-        matches!(self, Self::Uniform(_) | Self::Image(_))
-    }
-}
-
-impl AreaLight {
-    /// A light that sends `radiance` from the front of `emitter`, or from both sides.
-    pub(crate) fn new(emitter: Emitter, radiance: Emission, two_sided: bool, presence: Presence) -> Self {
-        Self { emitter, radiance, two_sided, presence }
+        matches!(self, Self::Uniform(_) | Self::Image(_) | Self::Portal(_))
     }
 }
 

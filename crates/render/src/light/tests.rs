@@ -1,13 +1,15 @@
 //! Sampling of every kind of light against tracing rays at it.
 
 use std::f32::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use sahl_image::Image;
 use sahl_math::{Frame, Ray, Transform, Vec2, Vec3};
 use sahl_scene::{
-    Geometry, LightSampler, Material, Origin, PatchMesh, Radiance, SceneDesc, Shape, TriangleMesh,
+    Geometry, LightSampler, Material, Origin, PatchMesh, Radiance, SceneDesc, Shape, SpectrumParam,
+    TriangleMesh,
 };
+use sahl_testkit::chi2::SquareTest;
 use sahl_testkit::random::Rng;
 use sahl_testkit::stats::{Running, welch};
 
@@ -16,6 +18,11 @@ use crate::scene::SceneData;
 use crate::{Scene, build, warp};
 
 const WAVELENGTHS: Wavelengths = Wavelengths::Rgb;
+
+fn no_textures() -> &'static Textures {
+    static NONE: LazyLock<Textures> = LazyLock::new(Textures::default);
+    &NONE
+}
 
 /// A shape to be sampled, and how its density is to be found from rays.
 struct Case {
@@ -128,15 +135,37 @@ fn cases() -> Vec<Case> {
 
 /// The scene of one emitting shape of radiance one, built as any scene is.
 fn scene_of(case: &Case, two_sided: bool, reverse_orientation: bool) -> Scene {
+    let white = |_: &mut SceneDesc| SpectrumParam::Constant(sahl_scene::Spectrum::srgb([1.0; 3]));
+    scene_emitting(case, (two_sided, None), reverse_orientation, white)
+}
+
+/// A picture that differs from corner to corner, dark in places.
+fn picture(scene: &mut SceneDesc) -> SpectrumParam {
+    let values = (0..4 * 4).flat_map(|i| [if i % 5 == 0 { 0.0 } else { 0.2 * i as f32 }, 1.0, 0.5]).collect();
+    let image = scene.images.push(Arc::new(Image::rgb_f32(4, 4, values).unwrap()), Origin::default());
+    let texture = sahl_scene::ImageTexture {
+        image,
+        mapping: sahl_scene::TextureMapping::default(),
+        wrap: sahl_scene::Wrap::Clamp,
+        filter: sahl_scene::TextureFilter::Bilinear,
+        scale: 1.0,
+        invert: false,
+    };
+    let texture = scene.textures.push(sahl_scene::Texture::Image(texture), Origin::default());
+    SpectrumParam::Texture(texture)
+}
+
+fn scene_emitting(
+    case: &Case,
+    (two_sided, power): (bool, Option<f32>),
+    reverse_orientation: bool,
+    radiance: impl FnOnce(&mut SceneDesc) -> SpectrumParam,
+) -> Scene {
     let mut description = SceneDesc::default();
     let material = description.materials.push(Material::default(), Origin::default());
     let geometry = (case.geometry)(&mut description);
-    let area_light = sahl_scene::AreaLight {
-        radiance: sahl_scene::Spectrum::srgb([1.0; 3]),
-        scale: 1.0,
-        two_sided,
-        power: None,
-    };
+    let radiance = radiance(&mut description);
+    let area_light = sahl_scene::AreaLight { radiance, scale: 1.0, two_sided, power };
     let shape = Shape {
         reverse_orientation,
         area_light: Some(area_light),
@@ -172,80 +201,42 @@ fn cone(scene: &SceneData, from: Vec3) -> (Frame, f32) {
     (Frame::from_z(to_center.normalize()), one_minus_cos * 1.0001)
 }
 
-/// Where a quantile of the normal distribution leaves this family of tests a chance of less than 1e-4 to fail.
-const LARGEST_Z: f64 = 6.0;
-
-const BINS: [usize; 2] = [12, 16];
-
-/// A histogram with the error of each bin.
-struct Histogram {
-    sums: Vec<f64>,
-    squares: Vec<f64>,
-}
-
-impl Histogram {
-    fn new() -> Self {
-        Self { sums: vec![0.0; BINS[0] * BINS[1]], squares: vec![0.0; BINS[0] * BINS[1]] }
-    }
-
-    fn add(&mut self, u: Vec2, value: f64) {
-        let along = |x: f32, bins: usize| ((x * bins as f32) as usize).min(bins - 1);
-        let bin = along(u.x, BINS[0]) * BINS[1] + along(u.y, BINS[1]);
-        self.sums[bin] += value;
-        self.squares[bin] += value * value;
-    }
-
-    /// Mean of a bin over `count` draws, and the variance of that mean.
-    fn mean(&self, bin: usize, count: f64) -> (f64, f64) {
-        let mean = self.sums[bin] / count;
-        (mean, (self.squares[bin] / count - mean * mean) / count)
-    }
-}
-
-/// Checks that `sample` draws directions of a cone with the given density per steradian.
+/// Checks that `sample` draws directions of a cone with the given density per steradian, as one of `tests` tests.
 ///
-/// Densities have edges where shapes and pixels end, which quadrature resolves badly: the expected share of each bin is
-/// estimated by sampling as well, uniformly in the cone.
+/// The cone is unrolled to a square, so that its bins are where the light is.
 fn check_density(
-    name: &str,
+    (name, tests): (&str, usize),
     (frame, one_minus_cos): (Frame, f32),
     sample: impl Fn(Vec2) -> Option<Vec3>,
     density: impl Fn(Vec3) -> f32,
 ) {
-    const COUNT: u32 = 60_000;
-    let mut rng = Rng::new(1);
-    let (mut sampled, mut expected) = (Histogram::new(), Histogram::new());
-    for _ in 0..COUNT {
-        let [a, b, c, d] = rng.uniform();
-        if let Some(w) = sample(Vec2::new(a, b)) {
-            assert!((w.length() - 1.0).abs() < 1e-4, "{name}: {w:?}");
-            sampled.add(warp::uniform_cone_inverse(frame.to_local(w), one_minus_cos), 1.0);
-        }
-        let u = Vec2::new(c, d);
-        let w = frame.to_world(warp::uniform_cone(u, one_minus_cos));
-        expected.add(u, f64::from(density(w) / warp::uniform_cone_pdf(one_minus_cos)));
-    }
-    let n = f64::from(COUNT);
-    for bin in 0..BINS[0] * BINS[1] {
-        let ((a, variance_a), (b, variance_b)) = (sampled.mean(bin, n), expected.mean(bin, n));
-        // The normal distribution stands for the binomial one where there are enough draws.
-        let variance = (variance_a + variance_b).max(30.0 / (n * n));
-        let z = (a - b) / variance.sqrt();
-        assert!(z.abs() < LARGEST_Z, "{name}, bin {bin}: {a} and {b}, z = {z}");
-    }
-    let mass = expected.sums.iter().sum::<f64>() / n;
-    let deviation = ((expected.squares.iter().sum::<f64>() / n - mass * mass) / n).max(0.0).sqrt();
-    let drawn = sampled.sums.iter().sum::<f64>() / n;
-    assert!((mass - drawn).abs() < LARGEST_Z * deviation + 1e-3, "{name}: {mass} and {drawn}");
-    assert!(drawn > 0.99, "{name}: only {drawn} of the samples are directions");
+    let test = SquareTest { x_bins: 12, y_bins: 16, samples: 60_000, tests, ..SquareTest::default() };
+    let unrolled = |w: Vec3| {
+        assert!((w.length() - 1.0).abs() < 1e-4, "{name}: {w:?}");
+        warp::uniform_cone_inverse(frame.to_local(w), one_minus_cos)
+    };
+    let cone_pdf = warp::uniform_cone_pdf(one_minus_cos);
+    let drawn = std::cell::Cell::new(0);
+    let counted = |u: [f32; 2]| {
+        sample(u.into()).map(|w| {
+            drawn.set(drawn.get() + 1);
+            unrolled(w)
+        })
+    };
+    let in_square = |u: Vec2| density(frame.to_world(warp::uniform_cone(u, one_minus_cos))) / cone_pdf;
+    test.run(counted, in_square).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert!(drawn.get() > 59_400, "{name}: only {} of the samples are directions", drawn.get());
 }
 
 #[test]
 fn shapes_are_sampled_with_their_density() {
-    for case in &cases() {
+    let cases = cases();
+    for case in &cases {
         let scene = &scene_of(case, true, false).data;
-        let sample = |u| scene.lights[0].sample(case.from, u, &WAVELENGTHS).map(|sample| sample.wi);
-        check_density(case.name, cone(scene, case.from), sample, |w| density(scene, case, w));
+        let sample =
+            |u| scene.lights[0].sample(case.from, u, no_textures(), &WAVELENGTHS).map(|sample| sample.wi);
+        let name = (case.name, cases.len());
+        check_density(name, cone(scene, case.from), sample, |w| density(scene, case, w));
     }
 }
 
@@ -254,7 +245,28 @@ fn arriving(scene: &SceneData, from: Vec3, w: Vec3) -> f32 {
     let ray = Ray::new(from, w);
     let hit = scene.accel.intersect(&ray).map(|hit| scene.interaction(&ray, &hit));
     let Some(at) = hit else { return 0.0 };
-    scene.light(&at).map_or(0.0, |light| light.emitted(&at, -w, &WAVELENGTHS).to_rgb()[0])
+    scene.light(&at).map_or(0.0, |light| light.emitted(&at, -w, &scene.textures, &WAVELENGTHS).to_rgb()[0])
+}
+
+/// Compares what sampling the light finds with what uniform directions do; returns whether there is any.
+fn check_both_ways(scene: &SceneData, from: Vec3, what: &str) -> bool {
+    let mut rng = Rng::new(7);
+    let (mut by_light, mut by_direction) = (Running::default(), Running::default());
+    for _ in 0..20_000 {
+        let [a, b] = rng.uniform();
+        let light = scene.lights[0].sample(from, Vec2::new(a, b), &scene.textures, &WAVELENGTHS);
+        by_light.add(light.map_or(0.0, |sample| {
+            let shadow = Ray::spawn_to((from, Vec3::ZERO, Vec3::ZERO), sample.end.unwrap());
+            let visible = !scene.accel.occluded(&shadow);
+            if visible { f64::from(sample.radiance.to_rgb()[0] / sample.pdf) } else { 0.0 }
+        }));
+        let w = rng.direction();
+        by_direction.add(f64::from(arriving(scene, from, w) * 4.0 * PI));
+    }
+    let p = welch(&by_light, &by_direction);
+    let (a, b) = (by_light.mean(), by_direction.mean());
+    assert!(p > 1e-5 || (a == 0.0 && b == 0.0), "{what}: {a} and {b}");
+    a > 0.0
 }
 
 #[test]
@@ -263,27 +275,66 @@ fn both_ways_to_find_a_shape_give_the_same_light() {
     for case in &cases() {
         for (two_sided, reverse) in [(false, false), (false, true), (true, false)] {
             let scene = &scene_of(case, two_sided, reverse).data;
-            let mut rng = Rng::new(7);
-            let (mut by_light, mut by_direction) = (Running::default(), Running::default());
-            for _ in 0..20_000 {
-                let [a, b] = rng.uniform();
-                let light = scene.lights[0].sample(case.from, Vec2::new(a, b), &WAVELENGTHS);
-                by_light.add(light.map_or(0.0, |sample| {
-                    let shadow = Ray::spawn_to((case.from, Vec3::ZERO, Vec3::ZERO), sample.end.unwrap());
-                    let visible = !scene.accel.occluded(&shadow);
-                    if visible { f64::from(sample.radiance.to_rgb()[0] / sample.pdf) } else { 0.0 }
-                }));
-                let w = rng.direction();
-                by_direction.add(f64::from(arriving(scene, case.from, w) * 4.0 * PI));
-            }
-            let p = welch(&by_light, &by_direction);
-            let (a, b) = (by_light.mean(), by_direction.mean());
-            assert!(p > 1e-5 || (a == 0.0 && b == 0.0), "{} {two_sided} {reverse}: {a} and {b}", case.name);
-            lit += u32::from(a > 0.0);
+            let what = format!("{} {two_sided} {reverse}", case.name);
+            lit += usize::from(check_both_ways(scene, case.from, &what));
         }
     }
     // Each shape is lit from the point on one side at least, or two-sided.
-    assert!(lit as usize >= 2 * cases().len(), "{lit}");
+    assert!(lit >= 2 * cases().len(), "{lit}");
+}
+
+#[test]
+fn pictures_lie_on_shapes_alike_for_samples_and_for_rays() {
+    for case in &cases() {
+        let scene = &scene_emitting(case, (true, None), false, picture).data;
+        assert!(check_both_ways(scene, case.from, case.name), "{}", case.name);
+        // What a sample finds, a ray to it finds.
+        let mut rng = Rng::new(13);
+        let mut compared = 0;
+        for _ in 0..500 {
+            let [a, b] = rng.uniform();
+            let u = Vec2::new(a, b);
+            let Some(sample) = scene.lights[0].sample(case.from, u, &scene.textures, &WAVELENGTHS) else {
+                continue;
+            };
+            let ray = Ray::new(case.from, sample.wi);
+            let Some(hit) = scene.accel.intersect(&ray) else { continue };
+            let at = scene.interaction(&ray, &hit);
+            if (at.p - sample.end.unwrap().0).length() < 1e-4 {
+                compared += 1;
+                let seen = scene.lights[0].emitted(&at, -sample.wi, &scene.textures, &WAVELENGTHS);
+                let difference = (seen - sample.radiance).map(f32::abs).max_component();
+                assert!(difference < 0.05, "{}: {seen:?} and {:?}", case.name, sample.radiance);
+            }
+        }
+        assert!(compared > 100, "{}: {compared}", case.name);
+    }
+}
+
+#[test]
+fn a_picture_that_emits_has_the_power_it_is_given() {
+    let all = cases();
+    let convex = ["triangle", "rectangle", "sphere", "disk", "cylinder"];
+    for case in all.iter().filter(|case| convex.contains(&case.name)) {
+        let case = Case { to_world: Transform::scale(0.3, 0.3, 0.3).unwrap(), ..*case };
+        let scene = &scene_emitting(&case, (false, Some(7.0)), false, picture).data;
+        let mut rng = Rng::new(23);
+        let mut flux = Running::default();
+        for _ in 0..100_000 {
+            let n = rng.direction();
+            let [a, b] = rng.uniform();
+            let sample = scene.lights[0].sample(n * 2.0, Vec2::new(a, b), &scene.textures, &WAVELENGTHS);
+            flux.add(sample.map_or(0.0, |sample| {
+                let received = sample.radiance.luminance() * -sample.wi.dot(n) / sample.pdf;
+                f64::from(received * 4.0 * PI * 4.0)
+            }));
+        }
+        // Parameters of disks and spheres are not uniform by area, and the picture is averaged by them.
+        let tolerance = 4.5 * flux.variance_of_mean().sqrt() + 0.02 * 7.0;
+        assert!((flux.mean() - 7.0).abs() < tolerance, "{}: {}", case.name, flux.mean());
+        let power = scene.lights[0].power(1.0, &WAVELENGTHS).luminance();
+        assert!((power - 7.0).abs() < 0.01, "{}: {power}", case.name);
+    }
 }
 
 #[test]
@@ -294,7 +345,9 @@ fn a_hit_has_the_density_of_the_sample() {
         let mut compared = 0;
         for _ in 0..2000 {
             let [a, b] = rng.uniform();
-            let Some(sample) = scene.lights[0].sample(case.from, Vec2::new(a, b), &WAVELENGTHS) else {
+            let Some(sample) =
+                scene.lights[0].sample(case.from, Vec2::new(a, b), no_textures(), &WAVELENGTHS)
+            else {
                 continue;
             };
             let ray = Ray::new(case.from, sample.wi);
@@ -317,7 +370,7 @@ fn a_hit_has_the_density_of_the_sample() {
 }
 
 /// A sky with a bright spot, a gradient, and a dark half.
-fn sky(width: usize, height: usize, map: SphereMap) -> Light {
+fn sky(width: usize, height: usize, map: SphereMap, sampled: Sampled) -> ImageEnvironment {
     let mut values = vec![0.0; width * height * 3];
     for y in 0..height {
         for x in 0..width / 2 {
@@ -328,48 +381,206 @@ fn sky(width: usize, height: usize, map: SphereMap) -> Light {
     }
     let image = Image::rgb_f32(width, height, values).unwrap();
     let turned = Transform::rotate(1.1, [0.2, -1.0, 0.5]).unwrap();
-    Light::Image(Box::new(ImageEnvironment::new(&image, map, &turned).unwrap()))
+    ImageEnvironment::new(&image, map, &turned, sampled).unwrap()
 }
 
-fn skies() -> [(&'static str, Light); 3] {
-    let emission = Emission { curve: crate::spectrum::SpectralCurve::constant(1.0), scale: 0.7 };
-    [
-        ("equal-area", sky(16, 16, SphereMap::EqualArea)),
-        ("latitude-longitude", sky(24, 12, SphereMap::LatLong)),
-        ("uniform", Light::Uniform(emission)),
+/// A window of 1.4 × 0.9 beyond which `sky` is seen, to the upper right of the origin.
+fn window(sky: Sky) -> Light {
+    let turned = Transform::rotate(0.9, [0.3, 0.8, -0.5]).unwrap();
+    let corner = |x: f32, y: f32| turned.point(Vec3::new(0.2 + x, -0.3 + y, 0.6));
+    let corners = [corner(0.0, 0.0), corner(0.0, 0.9), corner(1.4, 0.9), corner(1.4, 0.0)];
+    Light::Portal(Box::new(PortalEnvironment::new(sky, Portal::new(corners).unwrap())))
+}
+
+/// The environments, with whether sampling alone finds all of their light.
+fn skies() -> Vec<(&'static str, Light, Sampled)> {
+    let emission = || Emission { curve: crate::spectrum::SpectralCurve::constant(1.0), scale: 0.7 };
+    let image = |sky| Light::Image(Box::new(sky));
+    let equal_area = |sampled| sky(16, 16, SphereMap::EqualArea, sampled);
+    let lat_long = |sampled| sky(24, 12, SphereMap::LatLong, sampled);
+    vec![
+        ("equal-area", image(equal_area(Sampled::Alone)), Sampled::Alone),
+        ("latitude-longitude", image(lat_long(Sampled::Alone)), Sampled::Alone),
+        ("equal-area, compensated", image(equal_area(Sampled::WithBsdf)), Sampled::WithBsdf),
+        ("latitude-longitude, compensated", image(lat_long(Sampled::WithBsdf)), Sampled::WithBsdf),
+        ("uniform", Light::Uniform(emission()), Sampled::Alone),
+        ("a window to a uniform sky", window(Sky::Uniform(emission())), Sampled::Alone),
+        ("a window to a sky", window(Sky::Image(equal_area(Sampled::Alone))), Sampled::Alone),
     ]
 }
 
 #[test]
 fn skies_are_sampled_with_their_density() {
-    for (name, light) in skies() {
-        let sample = |u| light.sample(Vec3::ZERO, u, &WAVELENGTHS).map(|sample| sample.wi);
-        check_density(name, (Frame::from_z(Vec3::Y), 2.0), sample, |w| light.escaped_pdf(w));
+    let skies = skies();
+    for (name, light, _) in &skies {
+        let sample = |u| light.sample(Vec3::ZERO, u, no_textures(), &WAVELENGTHS).map(|sample| sample.wi);
+        let about = (Frame::from_z(Vec3::Y), 2.0);
+        check_density((name, skies.len()), about, sample, |w| light.escaped_pdf(Vec3::ZERO, w));
     }
 }
 
 #[test]
 fn both_ways_to_find_the_sky_give_the_same_light() {
-    for (name, light) in skies() {
+    for (name, light, sampled) in skies() {
         let mut rng = Rng::new(11);
         let (mut by_light, mut by_direction) = (Running::default(), Running::default());
         for _ in 0..100_000 {
             let [a, b] = rng.uniform();
-            if let Some(sample) = light.sample(Vec3::ZERO, Vec2::new(a, b), &WAVELENGTHS) {
-                by_light.add(f64::from(sample.radiance.to_rgb()[0] / sample.pdf));
-                let seen = light.escaped(sample.wi, &WAVELENGTHS);
+            if let Some(sample) = light.sample(Vec3::ZERO, Vec2::new(a, b), no_textures(), &WAVELENGTHS) {
+                let seen = light.escaped(Vec3::ZERO, sample.wi, &WAVELENGTHS);
                 let difference = (seen - sample.radiance).map(f32::abs).max_component();
                 // Rounding may move a direction into the next pixel of an image without interpolation.
-                assert!(name == "equal-area" || difference < 1e-2 * (1.0 + seen.max_component()), "{name}");
+                let interpolated = !name.contains("equal-area");
+                assert!(!interpolated || difference < 1e-2 * (1.0 + seen.max_component()), "{name}");
+                let pdf = light.escaped_pdf(Vec3::ZERO, sample.wi);
+                assert!(!interpolated || (pdf / sample.pdf - 1.0).abs() < 0.1, "{name}");
+                by_light.add(f64::from(sample.radiance.to_rgb()[0] / sample.pdf));
+            } else {
+                by_light.add(0.0);
             }
+            // What is left to other ways does not count.
             let w = rng.direction();
-            by_direction.add(f64::from(light.escaped(w, &WAVELENGTHS).to_rgb()[0] * 4.0 * PI));
+            let is_found = sampled == Sampled::Alone || light.escaped_pdf(Vec3::ZERO, w) > 0.0;
+            let seen = light.escaped(Vec3::ZERO, w, &WAVELENGTHS).to_rgb()[0];
+            by_direction.add(if is_found { f64::from(seen * 4.0 * PI) } else { 0.0 });
         }
         assert!(welch(&by_light, &by_direction) > 1e-4, "{name}: {by_light:?} {by_direction:?}");
-        let power = light.power(1.0, &WAVELENGTHS).to_rgb()[0];
-        let expected = by_light.mean() as f32 * PI;
-        assert!((power / expected - 1.0).abs() < 0.02, "{name}: {power} and {expected}");
+        if sampled == Sampled::Alone && !matches!(light, Light::Portal(_)) {
+            let power = light.power(1.0, &WAVELENGTHS).to_rgb()[0];
+            let expected = by_light.mean() as f32 * PI;
+            assert!((power / expected - 1.0).abs() < 0.02, "{name}: {power} and {expected}");
+        }
     }
+}
+
+#[test]
+fn a_sky_without_structure_is_not_compensated_away() {
+    let image = Image::filled(8, 8, 3, 0.3).unwrap();
+    let sky = |sampled| ImageEnvironment::new(&image, SphereMap::EqualArea, &Transform::IDENTITY, sampled);
+    let light = Light::Image(Box::new(sky(Sampled::WithBsdf).unwrap()));
+    let pdf = light.escaped_pdf(Vec3::ZERO, Vec3::X);
+    assert!((pdf * 4.0 * PI - 1.0).abs() < 1e-5, "{pdf}");
+}
+
+#[test]
+fn a_portal_lights_its_inside_alone() {
+    let emission = Emission { curve: crate::spectrum::SpectralCurve::constant(1.0), scale: 1.0 };
+    let corners = [[0.0, 0.0], [0.0, 1.0], [2.0, 1.0], [2.0, 0.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    let light = PortalEnvironment::new(Sky::Uniform(emission), Portal::new(corners).unwrap());
+    let (inside, outside) = (Vec3::new(1.0, 0.5, -1.0), Vec3::new(1.0, 0.5, 1.0));
+    assert!(light.sample(inside, Vec2::splat(0.3), &WAVELENGTHS).is_some());
+    assert!(light.sample(outside, Vec2::splat(0.3), &WAVELENGTHS).is_none());
+    for (from, w, seen) in [(inside, Vec3::Z, 1.0), (inside, Vec3::X, 0.0), (outside, Vec3::Z, 0.0)] {
+        assert_eq!(light.radiance(from, w, &WAVELENGTHS).to_rgb()[0], seen);
+        assert_eq!(light.pdf(from, w) > 0.0, seen > 0.0);
+    }
+    // A sky of radiance one sends π through each square metre.
+    assert!((light.power(&WAVELENGTHS).to_rgb()[0] / (2.0 * PI) - 1.0).abs() < 0.01);
+    // Corners that cross, a parallelogram, and a point.
+    let [p0, p1, p2, p3] = corners;
+    assert!(Portal::new([p0, p2, p1, p3]).is_none());
+    assert!(Portal::new([p0, p1, p2 + Vec3::X, p3 + Vec3::X * 0.9]).is_none());
+    assert!(Portal::new([p0; 4]).is_none());
+}
+
+/// A lamp that shines half as strongly downwards (−z of its own space) as upwards, and one that throws a picture of four
+/// texels upwards.
+fn pictured() -> [Light; 2] {
+    let turned = Transform::rotate(0.7, [0.2, 1.0, 0.4]).unwrap();
+    let placed = Transform::translate(0.1, -0.2, 0.3).unwrap().after(&turned).unwrap();
+    let up = |i: usize| {
+        SphereMap::EqualArea.direction(Vec2::new((i % 8) as f32 + 0.5, (i / 8) as f32 + 0.5) / 8.0).z
+    };
+    let table = Image::y_f32(8, 8, (0..64).map(|i| if up(i) > 0.0 { 1.0 } else { 0.5 }).collect()).unwrap();
+    let intensity = Emission { curve: crate::spectrum::SpectralCurve::constant(3.0), scale: 1.0 };
+    let slide =
+        Image::rgb_f32(2, 2, vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]).unwrap();
+    [
+        Light::Goniometric(Box::new(GoniometricLight::new(&table, intensity, &placed).unwrap())),
+        Light::Projection(Box::new(ProjectionLight::new(&slide, 1.2, &placed).unwrap().scaled(2.0))),
+    ]
+}
+
+#[test]
+fn pictures_are_thrown_the_right_way_round() {
+    let turned = Transform::rotate(0.7, [0.2, 1.0, 0.4]).unwrap();
+    let placed = Transform::translate(0.1, -0.2, 0.3).unwrap().after(&turned).unwrap();
+    let [lamp, slide] = pictured();
+    let arriving = |light: &Light, local: [f32; 3]| {
+        let from = placed.point(local.into());
+        let sample = light.sample(from, Vec2::ZERO, no_textures(), &WAVELENGTHS);
+        sample.map_or([0.0; 3], |sample| sample.radiance.to_rgb())
+    };
+    let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
+    assert!(close(arriving(&lamp, [0.3, 0.2, 1.0]), [3.0 / 1.13; 3]));
+    assert!(close(arriving(&lamp, [0.3, 0.2, -1.0]), [1.5 / 1.13; 3]));
+    // Upper left, upper right, lower left, beside the picture, and behind.
+    assert!(close(arriving(&slide, [-0.2, 0.2, 1.0]), [2.0 / 1.08, 0.0, 0.0]));
+    assert!(close(arriving(&slide, [0.2, 0.2, 1.0]), [0.0, 2.0 / 1.08, 0.0]));
+    assert!(close(arriving(&slide, [-0.2, -0.2, 1.0]), [0.0, 0.0, 2.0 / 1.08]));
+    assert!(close(arriving(&slide, [0.7, 0.2, 1.0]), [0.0; 3]));
+    assert!(close(arriving(&slide, [0.2, 0.2, -1.0]), [0.0; 3]));
+}
+
+/// A light of every kind: a new kind must be added here for this to compile, then to [`with_a_place`] or [`skies`].
+fn has_a_place(light: &Light) -> bool {
+    match light {
+        Light::Point(_) | Light::Spot(_) | Light::Goniometric(_) | Light::Projection(_) | Light::Area(_) => {
+            true
+        }
+        Light::Distant(_) | Light::Uniform(_) | Light::Image(_) | Light::Portal(_) => false,
+    }
+}
+
+/// Lights within a metre of the origin that do not hide each other's or their own light.
+fn with_a_place() -> Vec<Light> {
+    let emission = |value| Emission { curve: crate::spectrum::SpectralCurve::constant(value), scale: 1.0 };
+    let position = Vec3::new(0.2, -0.1, 0.3);
+    let (cos_inner, cos_outer, direction) = (0.9, 0.6, Vec3::new(0.6, 0.0, 0.8));
+    let mut lights = vec![
+        Light::Point(PointLight { position, intensity: emission(2.0) }),
+        Light::Spot(SpotLight { position, direction, intensity: emission(3.0), cos_inner, cos_outer }),
+    ];
+    lights.extend(pictured());
+    let convex =
+        ["triangle", "rectangle", "sphere", "ellipsoid", "partial sphere", "disk", "ring", "cylinder"];
+    for case in cases().iter().filter(|case| convex.contains(&case.name)) {
+        let case = Case { to_world: Transform::scale(0.3, 0.3, 0.3).unwrap(), ..*case };
+        for two_sided in [false, true] {
+            // Two sides of a bent surface hide each other.
+            if !two_sided || ["triangle", "rectangle", "disk"].contains(&case.name) {
+                lights.push(scene_of(&case, two_sided, false).data.lights[0].clone());
+            }
+        }
+    }
+    lights
+}
+
+#[test]
+fn the_power_of_a_light_is_the_flux_that_arrives_around_it() {
+    for light in with_a_place() {
+        assert!(has_a_place(&light) && light.bounds().is_some());
+        let mut rng = Rng::new(21);
+        let mut flux = Running::default();
+        for _ in 0..100_000 {
+            let n = rng.direction();
+            let [a, b] = rng.uniform();
+            let sample = light.sample(n * 2.0, Vec2::new(a, b), no_textures(), &WAVELENGTHS);
+            flux.add(sample.map_or(0.0, |sample| {
+                let received = sample.radiance.to_rgb()[1] * -sample.wi.dot(n) / sample.pdf;
+                f64::from(received * 4.0 * PI * 4.0)
+            }));
+        }
+        let power = f64::from(light.power(1.0, &WAVELENGTHS).to_rgb()[1]);
+        let deviation = flux.variance_of_mean().sqrt();
+        let tolerance = 4.5 * deviation + 2e-3 * power;
+        assert!(
+            (flux.mean() - power).abs() < tolerance,
+            "{light:?}: {power}, not {} ± {deviation}",
+            flux.mean()
+        );
+    }
+    assert!(skies().iter().all(|(_, light, _)| !has_a_place(light) && light.bounds().is_none()));
 }
 
 #[test]
@@ -382,6 +593,7 @@ fn photometric_totals_are_kept() {
         scale: 2.0,
         illuminance: Some(5.0),
         light_to_world: Transform::IDENTITY,
+        portal: None,
     };
     let white = || sahl_scene::Spectrum::Blackbody(5000.0);
     let lights = [
@@ -398,21 +610,41 @@ fn photometric_totals_are_kept() {
             penumbra: 0.3,
         },
     ];
-    for light in lights {
+    let table = Image::y_f32(8, 8, (0..64).map(|i| (i % 5) as f32).collect()).unwrap();
+    let table = description.images.push(Arc::new(table), Origin::default());
+    let pictured = [
+        sahl_scene::Light::Goniometric {
+            intensity: white(),
+            scale: 2.0,
+            power: Some(5.0),
+            image: table,
+            light_to_world: Transform::IDENTITY,
+        },
+        sahl_scene::Light::Projection {
+            image,
+            scale: 2.0,
+            power: Some(5.0),
+            fov: 1.1,
+            light_to_world: Transform::IDENTITY,
+        },
+    ];
+    for light in lights.into_iter().chain(pictured) {
         description.lights.push(light, Origin::default());
     }
     let scene = build(&description, &crate::BuildOptions::default()).0.unwrap().data;
     let mut rng = Rng::new(5);
-    let (mut irradiance, mut flux) = ([0.0; 2], [0.0; 2]);
+    let (mut irradiance, mut flux) = ([0.0; 2], [0.0; 4]);
     let count = 200_000;
     for _ in 0..count {
         let w = rng.direction();
-        for i in 0..2 {
-            let radiance = scene.lights[i].escaped(w, &WAVELENGTHS).luminance();
-            irradiance[i] += f64::from(radiance * w.y.max(0.0) * 4.0 * PI) / f64::from(count);
-            let sample = scene.lights[2 + i].sample(w, Vec2::ZERO, &WAVELENGTHS);
+        for (light, irradiance) in scene.lights.iter().zip(&mut irradiance) {
+            let radiance = light.escaped(Vec3::ZERO, w, &WAVELENGTHS).luminance();
+            *irradiance += f64::from(radiance * w.y.max(0.0) * 4.0 * PI) / f64::from(count);
+        }
+        for (light, flux) in scene.lights[2..].iter().zip(&mut flux) {
+            let sample = light.sample(w, Vec2::ZERO, no_textures(), &WAVELENGTHS);
             let received = sample.map_or(0.0, |sample| sample.radiance.luminance() * 4.0 * PI);
-            flux[i] += f64::from(received) / f64::from(count);
+            *flux += f64::from(received) / f64::from(count);
         }
     }
     for value in irradiance.into_iter().chain(flux) {

@@ -28,7 +28,7 @@ pub(crate) struct EmitterPoint {
     pub(crate) p_error: Vec3,
     /// Unit normal on the side that emits.
     pub(crate) n: Vec3,
-    /// Parameters on the shape: of use to patches only.
+    /// Parameters on a triangle or a patch, as the accelerator has them; other shapes leave them zero when sampled.
     pub(crate) uv: Vec2,
 }
 

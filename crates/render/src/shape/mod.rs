@@ -14,6 +14,7 @@ mod patch;
 mod quadric;
 mod rectangle;
 mod sphere;
+mod surface_map;
 mod triangle;
 
 pub(crate) use attributes::{Attributes, Border};
@@ -22,6 +23,7 @@ pub(crate) use emitter::{Emitter, EmitterPoint};
 pub(crate) use patch::PatchEmitter;
 pub(crate) use quadric::{QuadricEmitter, QuadricShape, clamp_heights, clamp_sweep, uniform_scale};
 pub(crate) use sphere::SphereEmitter;
+pub(crate) use surface_map::SurfaceMap;
 pub(crate) use triangle::TriangleEmitter;
 
 use sahl_math::Vec3;

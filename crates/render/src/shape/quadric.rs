@@ -49,7 +49,7 @@ impl QuadricShape {
 
     /// A point uniform by area, and its unit normal.
     #[inline]
-    fn sample(&self, u: Vec2) -> (Vec3, Vec3) {
+    pub(super) fn sample(&self, u: Vec2) -> (Vec3, Vec3) {
         match *self {
             Self::Sphere { radius, z_min, z_max, phi_max } => {
                 let z = lerp(u.x, z_min, z_max);

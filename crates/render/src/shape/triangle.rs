@@ -55,16 +55,15 @@ impl TriangleEmitter {
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> (EmitterPoint, f32) {
         let [b0, b1] = warp::uniform_triangle(u);
         let [p0, p1, p2] = self.vertices;
-        let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * (1.0 - b0 - b1));
+        let b2 = 1.0 - b0 - b1;
+        let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * b2);
         let p = q0 + q1 + q2;
         let n = match &self.normals {
-            Some(normals) => {
-                self.n.face_forward(normals[0] * b0 + normals[1] * b1 + normals[2] * (1.0 - b0 - b1))
-            }
+            Some(normals) => self.n.face_forward(normals[0] * b0 + normals[1] * b1 + normals[2] * b2),
             None => self.n,
         };
         let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(6);
-        let point = EmitterPoint { p, p_error, n, uv: Vec2::ZERO };
+        let point = EmitterPoint { p, p_error, n, uv: Vec2::new(b1, b2) };
         (point, per_solid_angle(1.0 / self.area, from, p, n))
     }
 

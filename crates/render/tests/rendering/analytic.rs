@@ -310,6 +310,7 @@ fn an_image_of_the_sky_lights_the_floor() {
         scale: 1.0,
         illuminance: Some(3.0),
         light_to_world: upright,
+        portal: None,
     };
     scene.lights.push(light, Origin::default());
     with_each(&scene, &[path(1)], |scene, what| {
@@ -318,6 +319,68 @@ fn an_image_of_the_sky_lights_the_floor() {
         // The illuminance is normalised by a sum over parts of pixels.
         assert!(deviation < 0.01 && (found / expected - 1.0).abs() < 0.01, "{what}: {found} ± {deviation}");
     });
+}
+
+#[test]
+fn a_sky_through_a_portal_gives_the_irradiance_of_the_window() {
+    // A window of 2 × 1 at height 1.5, parallel to the floor, which is seen at the point below its middle.
+    let corners = [[-1.0, -0.5], [-1.0, 0.5], [1.0, 0.5], [1.0, -0.5]].map(|[x, y]| Vec3::new(x, y, 1.5));
+    let expected = 2.0 * 0.5 / std::f64::consts::PI * rectangle_irradiance(1.0, 0.5, 1.5);
+    let image = Image::filled(16, 16, 3, 2.0).unwrap();
+    let mut scene = floor(4, 256, 1e-3);
+    let image = scene.images.push(Arc::new(image), Origin::default());
+    for radiance in [Radiance::Constant(grey(2.0)), Radiance::EqualArea(image)] {
+        let mut scene = scene.clone();
+        scene.lights.push(
+            Light::Infinite {
+                radiance,
+                scale: 1.0,
+                illuminance: None,
+                light_to_world: Transform::IDENTITY,
+                portal: Some(corners),
+            },
+            Origin::default(),
+        );
+        with_each(&scene, &[path(1), path(3), WHITTED], |scene, what| {
+            expect_mean(scene, expected, 0.01, what);
+        });
+    }
+}
+
+#[test]
+fn a_slide_and_a_lamp_with_a_table_light_the_floor() {
+    // Both hang at height 2 and look down: z is turned to −z, y to −y.
+    let down = Transform::translate(0.0, 0.0, 2.0)
+        .unwrap()
+        .after(&Transform::rotate(std::f64::consts::PI, [1.0, 0.0, 0.0]).unwrap())
+        .unwrap();
+    let mut scene = floor(2, 1, 0.5);
+    scene.filter = Filter::Box { radius: [1e-4; 2] };
+    let slide = vec![1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0, 0.0, 4.0, 0.0, 0.0];
+    let slide = scene.images.push(Arc::new(Image::rgb_f32(2, 2, slide).unwrap()), Origin::default());
+    let table = scene.images.push(Arc::new(Image::filled(4, 4, 1, 0.5).unwrap()), Origin::default());
+    let projection =
+        Light::Projection { image: slide, scale: 1.0, power: None, fov: FRAC_PI_2, light_to_world: down };
+    let lamp = Light::Goniometric {
+        intensity: grey(3.0),
+        scale: 1.0,
+        power: None,
+        image: table,
+        light_to_world: down,
+    };
+    // At (±¼, ±¼): the falloff of a point with the floor's cosine. The image's top is at −y, that is at its bottom.
+    let falloff = 0.5 / PI * 2.0 / (4.0_f32 + 0.125).powf(1.5);
+    for (light, intensities) in [(projection, [3.0, 4.0, 1.0, 2.0]), (lamp, [1.5; 4])] {
+        let mut scene = scene.clone();
+        scene.lights.push(light, Origin::default());
+        with_each(&scene, &[path(1), WHITTED], |scene, what| {
+            let image = rendered(scene).film.develop();
+            for (rgb, intensity) in values(&image).chunks(3).zip(intensities) {
+                let expected = intensity * falloff;
+                assert!((rgb[0] - expected).abs() < 1e-3 * expected, "{what}: {}, not {expected}", rgb[0]);
+            }
+        });
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::common::*;
 use sahl_image::Image;
-use sahl_math::Transform;
+use sahl_math::{Transform, Vec3};
 use sahl_render::{BuildOptions, build};
 use sahl_scene::{
     ConductorReflectance, Diagnostics, FileId, Instance, Light, Material, Object, Origin, Radiance,
@@ -62,7 +62,7 @@ fn errors_leave_no_scene() {
         intensity: Spectrum::Named("stdilum-D65".into()),
         scale: 1.0,
         power: None,
-        position: sahl_math::Vec3::ONE,
+        position: Vec3::ONE,
     };
     scene.lights.push(light, Origin::at(span()));
     let (built, diagnostics) = build(&scene, &BuildOptions::default());
@@ -87,8 +87,26 @@ fn an_equal_area_sky_has_to_be_square_and_a_sheared_one_is_told() {
             scale: 1.0,
             illuminance: None,
             light_to_world: transform,
+            portal: None,
         };
         scene.lights.push(light, Origin::at(span()));
+        let (built, diagnostics) = build(&scene, &BuildOptions::default());
+        assert_eq!(codes(&diagnostics), expected);
+        assert_eq!(built.is_none(), diagnostics.has_errors());
+    }
+}
+
+#[test]
+fn portals_are_rectangles_that_face_out_of_the_room() {
+    let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[x, y]| Vec3::new(x, y, 9.0));
+    let [p0, p1, p2, p3] = corners;
+    let turned = (Severity::Warning, "portal-orientation");
+    let crossed = (Severity::Error, "portal-shape");
+    let cases = [(corners, vec![]), ([p0, p3, p2, p1], vec![turned]), ([p0, p2, p1, p3], vec![crossed])];
+    for (corners, expected) in cases {
+        let mut scene = floor();
+        let Light::Infinite { portal, .. } = &mut scene.lights[sahl_scene::Handle::new(0)] else { panic!() };
+        *portal = Some(corners);
         let (built, diagnostics) = build(&scene, &BuildOptions::default());
         assert_eq!(codes(&diagnostics), expected);
         assert_eq!(built.is_none(), diagnostics.has_errors());

@@ -59,7 +59,12 @@ pub(crate) fn add_placed(
 
 /// Makes a shape emit the radiance from its front.
 pub(crate) fn emit(scene: &mut SceneDesc, shape: Handle<Shape>, radiance: f32) {
-    let light = AreaLight { radiance: grey(radiance), scale: 1.0, two_sided: false, power: None };
+    let light = AreaLight {
+        radiance: SpectrumParam::Constant(grey(radiance)),
+        scale: 1.0,
+        two_sided: false,
+        power: None,
+    };
     scene.shapes[shape].area_light = Some(light);
 }
 
@@ -101,6 +106,7 @@ pub(crate) fn sky(scene: &mut SceneDesc, radiance: Spectrum) {
         scale: 1.0,
         illuminance: None,
         light_to_world: Transform::IDENTITY,
+        portal: None,
     };
     scene.lights.push(light, Origin::default());
 }

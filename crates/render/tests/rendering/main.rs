@@ -8,6 +8,7 @@ mod common;
 mod determinism;
 mod features;
 mod limits;
+mod many_lights;
 mod media;
 mod shapes;
 mod spectral;

@@ -5,7 +5,7 @@ use crate::{AreaLight, Light, Origin, Radiance};
 
 impl Check<'_> {
     pub(super) fn area_light(&mut self, owner: &str, light: &AreaLight, origin: &Origin) {
-        self.spectrum(&format!("the emission of {owner}"), &light.radiance, origin);
+        self.spectrum_param(owner, "the emission", &light.radiance, origin);
         self.number(
             || format!("the scale of the emission of {owner}"),
             light.scale,
@@ -33,6 +33,8 @@ impl Check<'_> {
     fn light(&mut self, owner: &str, light: &Light, origin: &Origin) {
         let (Light::Point { scale, .. }
         | Light::Spot { scale, .. }
+        | Light::Goniometric { scale, .. }
+        | Light::Projection { scale, .. }
         | Light::Distant { scale, .. }
         | Light::Infinite { scale, .. }) = *light;
         self.number(|| format!("the scale of {owner}"), scale, Range::NotNegative, origin);
@@ -57,12 +59,31 @@ impl Check<'_> {
                     self.error("bad-number", origin, message);
                 }
             }
+            Light::Goniometric { intensity, power, image, .. } => {
+                self.spectrum(&format!("the intensity of {owner}"), intensity, origin);
+                self.magnitude(owner, "power", *power, origin);
+                self.handle("image", *image, &self.scene.images, owner, origin);
+            }
+            Light::Projection { power, image, fov, .. } => {
+                self.magnitude(owner, "power", *power, origin);
+                self.handle("image", *image, &self.scene.images, owner, origin);
+                if !(*fov > 0.0 && *fov < std::f32::consts::PI) {
+                    let message = format!(
+                        "the angle of the picture of {owner} is {} degrees: expected between 0 and 180",
+                        fov.to_degrees()
+                    );
+                    self.error("bad-number", origin, message);
+                }
+            }
             Light::Distant { radiance, illuminance, direction, .. } => {
                 self.spectrum(&format!("the radiance of {owner}"), radiance, origin);
                 self.magnitude(owner, "illuminance", *illuminance, origin);
                 self.vector(owner, "direction", direction.try_normalize().is_some(), origin);
             }
-            Light::Infinite { radiance, illuminance, .. } => {
+            Light::Infinite { radiance, illuminance, portal, .. } => {
+                if let Some(corners) = portal {
+                    self.vector(owner, "portal", corners.iter().all(|p| p.is_finite()), origin);
+                }
                 self.magnitude(owner, "illuminance", *illuminance, origin);
                 match radiance {
                     Radiance::Constant(spectrum) => {

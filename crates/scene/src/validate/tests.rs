@@ -122,6 +122,7 @@ fn handles_must_lead_somewhere() {
             scale: 1.0,
             illuminance: None,
             light_to_world: Transform::IDENTITY,
+            portal: None,
         };
         scene.lights.push(light, named("sky"));
     }), @r"
@@ -169,7 +170,7 @@ fn shapes_and_emission_are_checked() {
         let phi_max = 6.0;
         first_shape(scene).geometry = Geometry::Sphere { radius: -1.0, z_min: f32::NAN, z_max: 1.0, phi_max };
         first_shape(scene).area_light = Some(AreaLight {
-            radiance: Spectrum::Blackbody(-5.0),
+            radiance: SpectrumParam::Constant(Spectrum::Blackbody(-5.0)),
             scale: f32::INFINITY,
             two_sided: false,
             power: Some(-1.0),

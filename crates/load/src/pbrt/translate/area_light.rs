@@ -1,13 +1,13 @@
 //! Emission of shapes.
 
-use sahl_scene::{AreaLight, Spectrum};
+use sahl_scene::{AreaLight, Spectrum, SpectrumParam};
 
 use super::super::context::Context;
 use super::super::reader::Reader;
 use super::light::photometric;
 use super::lookup;
 use super::spectrum::{Role, spectrum};
-use super::texture::mean_color;
+use super::texture::emission_image;
 
 /// Reads one kind of area light; `white` is what it emits unless told.
 type Read = fn(&mut Context<'_>, &Reader<'_>, Spectrum) -> AreaLight;
@@ -26,14 +26,15 @@ pub(in super::super) fn area_light(
 
 fn diffuse(cx: &mut Context<'_>, p: &Reader<'_>, white: Spectrum) -> AreaLight {
     let constant = spectrum(cx, p, "L", Role::Illuminant);
-    let image = p.string("filename").and_then(|name| mean_color(cx, name));
+    let image = p.string("filename").and_then(|name| emission_image(cx, name));
     if constant.is_some() && p.find("filename").is_some() {
         p.report().error("contradiction", p.span(), format!("{} has both `L` and `filename`", p.what()));
-    } else if image.is_some() {
-        p.unsupported(&["filename"], "the mean of the image is emitted everywhere");
     }
     AreaLight {
-        radiance: image.or(constant).unwrap_or(white),
+        radiance: match image {
+            Some(texture) => SpectrumParam::Texture(texture),
+            None => SpectrumParam::Constant(constant.unwrap_or(white)),
+        },
         scale: p.non_negative("scale", 1.0),
         two_sided: p.bool("twosided", false),
         power: photometric(p, "power"),

@@ -55,18 +55,3 @@ fn with_encoding(mut image: Image, encoding: Option<Encoding>) -> Image {
     }
     image
 }
-
-/// The mean of the colours of an image, in its own primaries.
-pub(super) fn mean_rgb(image: &Image) -> [f32; 3] {
-    let mut sums = [0.0_f64; 3];
-    for y in 0..image.height {
-        for x in 0..image.width {
-            for (channel, sum) in sums.iter_mut().enumerate() {
-                let stored = if image.channels < 3 { 0 } else { channel };
-                *sum += f64::from(image.texel(x, y, stored));
-            }
-        }
-    }
-    let pixels = (image.width * image.height).max(1) as f64;
-    sums.map(|sum| (sum / pixels) as f32)
-}

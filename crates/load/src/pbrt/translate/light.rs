@@ -1,9 +1,13 @@
 //! Lights that are not shapes.
 
+use std::sync::Arc;
+
+use sahl_image::Image;
 use sahl_math::{Transform, Vec3};
-use sahl_scene::{Light, Origin, Radiance, Spectrum};
+use sahl_scene::{Handle, Light, Origin, Radiance, Spectrum};
 
 use super::super::context::Context;
+use super::super::parameter::Kind;
 use super::super::reader::Reader;
 use super::image::image;
 use super::lookup;
@@ -64,10 +68,31 @@ fn point(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Lig
     })
 }
 
+/// pbrt's table has its axis along y, the description's along z.
 fn goniometric(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
-    p.without_effect(&["filename"]);
-    p.unsupported_plugin("unsupported-light", "a `point` light is used, the same in all directions");
-    point(cx, p, frame)
+    let (intensity, scale, power) = (emission(cx, p, "I", frame), scale(p), photometric(p, "power"));
+    let swap = Transform::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0]])?;
+    let Some(name) = p.string("filename") else {
+        let message = format!("{} has no `filename`: it shines alike in all directions", p.what());
+        p.report().warning("missing-parameter", p.span(), message);
+        let position = frame.to_world.point(Vec3::ZERO);
+        return Some(Light::Point { intensity, scale, power, position });
+    };
+    let image = image(cx, name, None)?;
+    let (width, height) = size(cx, image);
+    if width != height {
+        let message =
+            format!("a goniometric light needs a square equal-area image, found {width} × {height} pixels");
+        p.report().error("environment-layout", name.span, message);
+        return None;
+    }
+    let light_to_world = frame.to_world.after(&swap)?;
+    Some(Light::Goniometric { intensity, scale, power, image, light_to_world })
+}
+
+fn size(cx: &Context<'_>, image: Handle<Arc<Image>>) -> (usize, usize) {
+    let image = &cx.scene.images[image];
+    (image.width, image.height)
 }
 
 /// The unit vector from `from` to `to` in the world.
@@ -99,21 +124,19 @@ fn spot(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Ligh
     })
 }
 
-/// A spot light as wide as the picture, which is projected along +z.
-fn projection(_: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
-    p.without_effect(&["filename"]);
-    p.unsupported_plugin("unsupported-light", "a `spot` light with its angle is used, without the picture");
+fn projection(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
     let valid = |degrees: f32| degrees > 0.0 && degrees < 180.0;
     let fov = p.float_where("fov", 90.0, valid, "greater than 0 and less than 180 degrees");
-    Some(Light::Spot {
-        intensity: frame.white.clone(),
-        scale: scale(p),
-        power: photometric(p, "power"),
-        position: frame.to_world.point(Vec3::ZERO),
-        direction: frame.to_world.vector(Vec3::Z).try_normalize()?,
-        angle: (0.5 * fov).to_radians(),
-        penumbra: 0.0,
-    })
+    let (scale, power) = (scale(p), photometric(p, "power"));
+    let Some(name) = p.string("filename") else {
+        if !p.has("filename") {
+            let message = format!("{} needs a `string filename`", p.what());
+            p.report().error("missing-parameter", p.span(), message);
+        }
+        return None;
+    };
+    let image = image(cx, name, None)?;
+    Some(Light::Projection { image, scale, power, fov: fov.to_radians(), light_to_world: frame.to_world })
 }
 
 fn distant(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
@@ -126,7 +149,7 @@ fn distant(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<L
 }
 
 fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<Light> {
-    p.unsupported(&["portal"], "light is sampled from all directions, and not stopped outside the portal");
+    let portal = portal(p);
     let (scale, illuminance) = (scale(p), photometric(p, "illuminance"));
     let constant = spectrum(cx, p, "L", Role::Illuminant);
     let radiance = match p.string("filename") {
@@ -137,14 +160,26 @@ fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<
         Some(_) => environment(cx, p)?,
         None => Radiance::Constant(constant.unwrap_or_else(|| frame.white.clone())),
     };
-    Some(Light::Infinite { radiance, scale, illuminance, light_to_world: frame.to_world })
+    Some(Light::Infinite { radiance, scale, illuminance, light_to_world: frame.to_world, portal })
+}
+
+/// The corners of a portal, which pbrt takes to be in the world whatever the transform in force.
+fn portal(p: &Reader<'_>) -> Option<[Vec3; 4]> {
+    let corners = p.vectors("portal", Kind::Point3)?;
+    let found = corners.len();
+    let portal = corners.try_into().ok();
+    if portal.is_none() {
+        let message = format!("a portal has 4 corners, found {found}: it is left out");
+        p.report().error("wrong-count", p.span(), message);
+    }
+    portal
 }
 
 /// The image of an infinite light: square and equal-area as pbrt has it, or latitude-longitude as others do.
 fn environment(cx: &mut Context<'_>, p: &Reader<'_>) -> Option<Radiance> {
     let name = p.string("filename")?;
     let handle = image(cx, name, None)?;
-    let (width, height) = (cx.scene.images[handle].width, cx.scene.images[handle].height);
+    let (width, height) = size(cx, handle);
     if width == height {
         return Some(Radiance::EqualArea(handle));
     }

@@ -3,7 +3,7 @@
 use sahl_image::Encoding;
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Diagnostic, FloatParam, ImageTexture, Origin, SolidNoise, Spectrum, SpectrumParam, Texture,
+    Diagnostic, FloatParam, Handle, ImageTexture, Origin, SolidNoise, Spectrum, SpectrumParam, Texture,
     TextureFilter, TextureMapping, UvMapping, Wrap,
 };
 
@@ -12,7 +12,7 @@ use super::super::parameter::Kind as ParameterKind;
 use super::super::reader::Reader;
 use super::super::report::quote;
 use super::super::statement::{Name, Statement};
-use super::image::{image, mean_rgb};
+use super::image::image;
 use super::lookup;
 use super::spectrum::{Role, float_param, spectrum_param};
 
@@ -324,9 +324,15 @@ fn vector(p: &Reader<'_>, name: &'static str, default: Vec3) -> Vec3 {
     p.one(parameter, &vectors).copied().unwrap_or(default)
 }
 
-/// The mean colour of the image called `name`, in the image's own primaries.
-pub(super) fn mean_color(cx: &mut Context<'_>, name: &Name) -> Option<Spectrum> {
-    let handle = image(cx, name, None)?;
-    let image = cx.scene.images.get(handle)?;
-    Some(Spectrum::Rgb { rgb: mean_rgb(image), space: image.color_space })
+/// The texture that the image called `name` is over a surface that emits: as pbrt-v4 has it, once and interpolated.
+pub(super) fn emission_image(cx: &mut Context<'_>, name: &Name) -> Option<Handle<Texture>> {
+    let texture = ImageTexture {
+        image: image(cx, name, None)?,
+        mapping: TextureMapping::default(),
+        wrap: Wrap::Clamp,
+        filter: TextureFilter::Bilinear,
+        scale: 1.0,
+        invert: false,
+    };
+    Some(cx.scene.textures.push(Texture::Image(texture), Origin::at(name.span)))
 }

@@ -258,7 +258,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         };
         let light = &scene.lights[choice.light as usize];
         let u = tracer.sampler.next_2d();
-        let Some(sample) = light.sample(from.p, u, &tracer.wavelengths) else {
+        let Some(sample) = light.sample(from.p, u, &scene.textures, &tracer.wavelengths) else {
             return Spectrum::ZERO;
         };
         let (f, scattering_pdf) = vertex.eval(sample.wi);

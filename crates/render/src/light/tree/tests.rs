@@ -10,6 +10,7 @@ use crate::light::select::{Facing, LightSelection};
 use crate::light::{AreaLight, DistantLight, Emission, Light, PointLight, Presence, SpotLight};
 use crate::shape::{Emitter, SphereEmitter, TriangleEmitter};
 use crate::spectrum::{SpectralCurve, Wavelengths};
+use crate::texture::Textures;
 
 fn emission(value: f32) -> Emission {
     Emission { curve: SpectralCurve::constant(value), scale: 1.0 }
@@ -139,7 +140,7 @@ fn every_light_that_arrives_can_be_chosen() {
         for from in &vantages(&mut rng) {
             for (index, light) in (0_u32..).zip(&lights) {
                 let [a, b] = rng.uniform();
-                let sample = light.sample(from.p, Vec2::new(a, b), &Wavelengths::Rgb);
+                let sample = light.sample(from.p, Vec2::new(a, b), &Textures::default(), &Wavelengths::Rgb);
                 let cos = |wi: Vec3| match from.facing {
                     Facing::All => 1.0,
                     Facing::Side(n) => n.dot(wi),
