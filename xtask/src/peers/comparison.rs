@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 
-use sahl_accel::{Accel, BuildOptions, Tier, TriangleMesh};
+use sahl_accel::{Accel, BuildOptions, Builder, Tier, TriangleMesh};
 use sahl_math::Ray;
 
 use super::lost::{self, Tracer};
@@ -92,7 +92,8 @@ impl Comparison<'_> {
         let traversal =
             [Measurement::Primary, Measurement::Bounce, Measurement::Occlusion, Measurement::Threads];
         if traversal.iter().any(|&what| self.args.measures(what)) {
-            self.traversal(model, &accel)?;
+            let high = BuildOptions { builder: Builder::HighQuality, ..options };
+            self.traversal(model, &accel, &Accel::build(world(&model.mesh), &high))?;
         }
         Ok(())
     }
@@ -143,12 +144,12 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    fn traversal(&mut self, model: &Model, accel: &Accel) -> Result<()> {
+    fn traversal(&mut self, model: &Model, accel: &Accel, high: &Accel) -> Result<()> {
         let rivals = self.rivals(&model.mesh)?;
         let counted = &rivals[..rivals.iter().filter(|rival| !rival.informative).count()];
         let rays = Rays::new(model, accel, if self.args.quick { 512 } else { 1024 });
         let rounds = self.args.runs.get();
-        let bench = Bench { accel, rivals: counted, rounds };
+        let bench = Bench { accel, high, rivals: counted, rounds };
         let with_robust = Bench { rivals: &rivals, ..bench };
         let mut table = Table::new("Mrays/s");
         let workloads: [(Measurement, &str, usize, &dyn Fn() -> Outcome); 4] = [

@@ -108,15 +108,34 @@ impl Outcome {
 /// Who answers the rays.
 #[derive(Clone, Copy, Debug)]
 enum Contender {
-    Sahl(usize),
+    Sahl(Tree, usize),
     Single(usize),
     Packets(usize, bool),
+}
+
+/// Which of Sahl's trees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tree {
+    Default,
+    High,
+}
+
+impl Tree {
+    /// How it is called before the name of a query.
+    fn prefix(self) -> &'static str {
+        match self {
+            Self::Default => "",
+            Self::High => "high quality, ",
+        }
+    }
 }
 
 /// What is measured.
 #[derive(Clone, Copy)]
 pub(crate) struct Bench<'a> {
     pub(crate) accel: &'a Accel,
+    /// The tree of the builder that takes its time, as Embree's high quality does.
+    pub(crate) high: &'a Accel,
     pub(crate) rivals: &'a [Rival],
     pub(crate) rounds: usize,
 }
@@ -129,9 +148,9 @@ impl Bench<'_> {
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
         let mut packed: Vec<RayHit16> = if coherent { embree::pack(rays) } else { Vec::new() };
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(query) => thread_seconds(|| {
+            Contender::Sahl(tree, query) => thread_seconds(|| {
                 for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
-                    (NEAREST[query].run)(self.accel, rays, hits);
+                    (NEAREST[query].run)(self.tree(tree), rays, hits);
                 }
                 black_box(&hits);
             }),
@@ -158,9 +177,9 @@ impl Bench<'_> {
         let mut occluded = vec![false; rays.len()];
         let mut singles: Vec<embree::Ray> = rays.iter().map(embree::single).collect();
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(query) => thread_seconds(|| {
+            Contender::Sahl(tree, query) => thread_seconds(|| {
                 for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-                    (OCCLUSION[query].run)(self.accel, rays, occluded);
+                    (OCCLUSION[query].run)(self.tree(tree), rays, occluded);
                 }
                 black_box(&occluded);
             }),
@@ -184,8 +203,8 @@ impl Bench<'_> {
         let mut hits = vec![None; rays.len()];
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
         let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(query) => on_threads(threads, rays, &mut hits, |rays, hits| {
-                (NEAREST[query].run)(self.accel, rays, hits);
+            Contender::Sahl(tree, query) => on_threads(threads, rays, &mut hits, |rays, hits| {
+                (NEAREST[query].run)(self.tree(tree), rays, hits);
             }),
             Contender::Single(rival) | Contender::Packets(rival, _) => {
                 reset(&mut singles, rays);
@@ -232,8 +251,20 @@ impl Bench<'_> {
         OCCLUSION[1..].iter().map(count).max().unwrap_or(0)
     }
 
+    fn tree(&self, tree: Tree) -> &Accel {
+        match tree {
+            Tree::Default => self.accel,
+            Tree::High => self.high,
+        }
+    }
+
     fn contenders(&self, queries: &[usize], packets: bool) -> Vec<Contender> {
-        let mut contenders: Vec<Contender> = queries.iter().copied().map(Contender::Sahl).collect();
+        // One ray a call is measured with the default tree alone.
+        let of = |tree: Tree, queries: &[usize]| -> Vec<Contender> {
+            queries.iter().map(|&query| Contender::Sahl(tree, query)).collect()
+        };
+        let mut contenders = of(Tree::Default, queries);
+        contenders.extend(of(Tree::High, &queries[1..]));
         for rival in 0..self.rivals.len() {
             contenders.push(Contender::Single(rival));
             if packets {
@@ -252,7 +283,9 @@ impl Bench<'_> {
     ) -> Vec<Rate> {
         let rate = |(&contender, &seconds): (&Contender, &f64)| {
             let (name, side) = match contender {
-                Contender::Sahl(query) => (format!("Sahl {}", query_name(query)), Side::Sahl),
+                Contender::Sahl(tree, query) => {
+                    (format!("Sahl {}{}", tree.prefix(), query_name(query)), Side::Sahl)
+                }
                 Contender::Single(rival) => self.label(rival, ""),
                 Contender::Packets(rival, false) => self.label(rival, ", packets"),
                 Contender::Packets(rival, true) => self.label(rival, ", coherent packets"),
