@@ -9,6 +9,7 @@ use crate::geometry::double::DVec3;
 use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
+use crate::kernel::prefer_large_pages;
 use crate::layout::{MOST_AT_ONCE, Vertices};
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
@@ -166,6 +167,7 @@ impl Primitives {
         sorted.dedup();
         let capacity = self.names.count(&sorted).min(self.space());
         let references = Vec::with_capacity(capacity * ROOM);
+        prefer_large_pages(&references);
         let mut input = TreeInput { references, extent: Extent::EMPTY };
         for index in sorted {
             let start = input.references.len();

@@ -8,6 +8,7 @@ mod block;
 mod bundle;
 mod isa;
 mod node;
+mod pages;
 mod rows;
 mod scalar;
 mod tier;
@@ -27,6 +28,7 @@ pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleB
 pub(crate) use bundle::{BUNDLE_RAYS, Frustum, Loaded, NearestHit, RayBundle};
 pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
+pub(crate) use pages::prefer_large_pages;
 pub(crate) use rows::Rows;
 pub(crate) use tier::Machine;
 pub use tier::Tier;

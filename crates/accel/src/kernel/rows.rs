@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::block::{BLOCK_ROWS, TriangleBlock};
 use super::isa::Row;
 use super::node::{NODE_ROWS, Node};
+use super::pages::prefer_large_pages;
 
 /// Rows that stand behind the last node or block, so that whatever begins at a row in use can be read in full.
 const PADDING: usize = BLOCK_ROWS;
@@ -48,6 +49,9 @@ impl Rows {
         if start == 0 && needed <= spare.capacity() {
             self.rows = spare;
             self.rows.truncate(needed);
+        } else {
+            self.rows.reserve_exact(needed - self.rows.len());
+            prefer_large_pages(&self.rows);
         }
         self.rows.par_extend(rayon::iter::repeat_n(Row::splat(0.0), needed - self.rows.len()));
         self.len += count;
