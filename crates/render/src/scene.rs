@@ -13,7 +13,7 @@ use crate::filter::PixelFilter;
 use crate::integrator::TileRenderer;
 use crate::interaction::Interaction;
 use crate::light::Light;
-use crate::material::{Composition, Material, Query};
+use crate::material::{Composition, Material, Query, Relief};
 use crate::medium::Medium;
 use crate::sampler::Sampler;
 use crate::shape::{Attributes, Border};
@@ -153,10 +153,21 @@ impl SceneData {
         let query =
             Query { textures: &self.textures, at: &point, wavelengths: &mut wavelengths, regularize: false };
         at.material = Composition::resolve(&self.materials, at.material, &query, |relief| {
-            let attributes = &self.attributes[hit.geometry as usize];
-            let derivatives = |at: &Interaction| attributes.derivatives(&self.accel, hit, at);
-            relief.shape(at, -ray.direction, &query, derivatives);
+            self.emboss(relief, at, ray, hit);
         });
+    }
+
+    /// Gives the surface the shading normals of `relief`.
+    fn emboss(&self, relief: &Relief, at: &mut Interaction, ray: &Ray, hit: &Hit) {
+        // Bumps compare heights half a pixel apart.
+        let footprint = self.footprint(at);
+        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, footprint };
+        let mut wavelengths = Wavelengths::default();
+        let query =
+            Query { textures: &self.textures, at: &point, wavelengths: &mut wavelengths, regularize: false };
+        let attributes = &self.attributes[hit.geometry as usize];
+        let derivatives = |at: &Interaction| attributes.derivatives(&self.accel, hit, at);
+        relief.shape(at, -ray.direction, &query, derivatives);
     }
 
     /// Where textures of the surface are evaluated.
