@@ -206,10 +206,14 @@ fn without_media_the_integrator_is_the_one_that_knows_none() {
     assert!(bare == bits(&scene));
 }
 
-/// A box of a medium between z = 0 and z = 1, wide enough to look like a slab.
+/// A box in whose middle a slab lies, and three cells a side: between their centres equal values stay the same.
 fn grid_region() -> Region {
-    let bounds = Bounds3 { min: Vec3::new(-60.0, -60.0, 0.0), max: Vec3::new(60.0, 60.0, 1.0) };
+    let bounds = Bounds3 { min: Vec3::splat(-60.0), max: Vec3::splat(60.0) };
     Region { bounds, medium_to_world: Transform::IDENTITY }
+}
+
+fn same_everywhere(value: f32) -> Grid<f32> {
+    Grid { resolution: [3; 3], values: [value; 27].into() }
 }
 
 #[test]
@@ -261,14 +265,14 @@ fn hot_matter_has_the_colour_of_its_temperature() {
                 g: 0.0,
             },
             region: grid_region(),
-            density: Grid { resolution: [1; 3], values: [1.0].into() },
+            density: same_everywhere(1.0),
             emission: Some(emission),
         });
         slab(&mut scene, medium, 1.0);
         [0, 1, 2].map(|channel| mean_of(&scene, channel))
     };
-    // Half as hot as the values say, and a hundred degrees less.
-    let grid = Grid { resolution: [1, 1, 1], values: [5712.0].into() };
+    // Half as hot as the values say.
+    let grid = same_everywhere(5712.0);
     let source = GridSource::Temperature(grid, TemperatureScale { offset: 0.0, scale: 0.5 });
     let hot = light(GridEmission { source, scale: 3.0, scales: None });
     // The same as a spectrum, whose luminance is one.
