@@ -20,7 +20,7 @@ use sahl_math::Vec3;
 use sahl_scene::TriangleMesh;
 
 /// More triangles are not made of one mesh.
-pub(crate) const MOST_TRIANGLES: u64 = 1 << 23;
+pub(crate) const MOST_TRIANGLES: u64 = 1 << 22;
 
 /// The half-edge across a border.
 const NONE: u32 = u32::MAX;

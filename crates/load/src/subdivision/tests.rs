@@ -129,8 +129,8 @@ fn meshes_that_are_no_surface_are_errors() {
     assert_eq!(error(&[[0, 1, 2], [1, 0, 3], [0, 1, 4]], 1), "3 faces share edge 0 1: expected two at most");
     assert_eq!(error(&[[0, 1, 2], [3, 3, 4]], 1), "face 1 has vertex 3 twice");
     assert_eq!(error(&[[0, 1, 2], [0, 3, 4]], 1), "the faces about vertex 0 are more than one sheet");
-    assert_eq!(error(&[[0, 1, 2]], 12), "12 levels of 1 triangles are more than 8388608");
-    assert_eq!(error(&[[0, 1, 2]], u32::MAX), "4294967295 levels of 1 triangles are more than 8388608");
+    assert_eq!(error(&[[0, 1, 2]], 12), "12 levels of 1 triangles are more than 4194304");
+    assert_eq!(error(&[[0, 1, 2]], u32::MAX), "4294967295 levels of 1 triangles are more than 4194304");
     let unused = loop_subdivide(&[[0, 1, 2]], &positions, 1).unwrap();
     assert_eq!(unused.positions[3], Vec3::Z, "a vertex of no face stays");
 }

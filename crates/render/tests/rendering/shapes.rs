@@ -4,8 +4,8 @@ use crate::common::*;
 use sahl_math::{Transform, Vec2, Vec3};
 use sahl_render::{Aov, BuildOptions, RenderOptions, build, render};
 use sahl_scene::{
-    ConductorReflectance, CurveKind, Curves, FloatParam, Geometry, Material, Origin, Roughness, SceneDesc,
-    Spectrum, SpectrumParam, Texture, TextureMapping, TriangleMesh, UvMapping,
+    ConductorReflectance, CurveKind, Curves, Filter, FloatParam, Geometry, Material, Origin, Roughness,
+    SceneDesc, Spectrum, SpectrumParam, Texture, TextureMapping, TriangleMesh, UvMapping,
 };
 
 /// A straight strip along y, two wide, over the square that [`look_down`] sees.
@@ -42,6 +42,7 @@ fn a_straight_curve_under_the_sky_is_as_bright_as_its_albedo() {
 #[test]
 fn curves_have_coordinates_along_and_across() {
     let mut scene = scene_with(strip(CurveKind::Flat));
+    scene.filter = Filter::Box { radius: [1e-4; 2] };
     let shape = scene.world[0];
     scene.shapes[shape].shape_to_world = Transform::scale(0.5, 1.0, 1.0).unwrap();
     let options =
@@ -188,6 +189,7 @@ fn a_displaced_plane_is_where_its_texture_lifts_it() {
         let displacement = FloatParam::Constant(height);
         let place = Transform::scale(2.0, 2.0, 2.0).unwrap();
         add_placed(&mut scene, Geometry::Displaced { mesh, displacement, edge_length }, material, place);
+        sky(&mut scene, grey(1.0));
         look_down(&mut scene, 5.0, 0.9);
         scene
     };
