@@ -190,11 +190,12 @@ impl Topology {
         while opposite(at) != NONE && next(opposite(at)) != start {
             at = next(opposite(at));
         }
+        let first = at;
         ring.push(origin(faces, next(at)));
         loop {
             ring.push(origin(faces, previous(at)));
             at = opposite(previous(at));
-            if at == NONE || at == start {
+            if at == NONE || at == first {
                 return;
             }
         }

@@ -62,11 +62,6 @@ fn levels_approach_the_same_surface() {
             );
         }
     }
-    let half_turn = |p: Vec3| Vec3::new(-p.x, -p.y, p.z);
-    for &p in finest.positions.iter() {
-        let turned = half_turn(p);
-        assert!(finest.positions.iter().any(|q| (*q - turned).length() < 1e-5), "symmetric as the cube is");
-    }
 }
 
 #[test]
