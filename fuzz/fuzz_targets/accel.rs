@@ -144,7 +144,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     let oracle = build(Builder::BruteForce, None);
     let expected = check(&oracle, &rays);
-    for builder in [Builder::BinnedSah, Builder::Median] {
+    for builder in [Builder::BinnedSah, Builder::Fast, Builder::Median] {
         let mut first: Option<Vec<Option<Hit>>> = None;
         for tier in Tier::ALL.into_iter().filter(|tier| tier.is_available()) {
             let accel = build(builder, Some(tier));

@@ -8,9 +8,10 @@ use crate::instance::PlacedGroup;
 use crate::kernel::Machine;
 use crate::layout::{self, WideTree, WideTrees};
 use crate::options::{BuildOptions, Builder};
-use crate::primitive::{Item, Primitives, TreeInput, TriangleVertices};
+use crate::primitive::{Item, Primitives, TreeInput};
 use crate::stats::Stats;
 use crate::traverse::{ListTree, StackSize};
+use crate::vertices::TriangleVertices;
 use crate::world::World;
 
 /// The cost of testing a primitive that is neither triangle nor instance against that of visiting a node.

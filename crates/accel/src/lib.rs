@@ -37,6 +37,7 @@ mod primitive;
 mod stats;
 mod surface;
 mod traverse;
+mod vertices;
 mod world;
 
 pub use accel::Accel;

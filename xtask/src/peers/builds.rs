@@ -80,10 +80,13 @@ pub(crate) fn seconds(
     Ok(names.zip(seconds).map(|(name, seconds)| BuildTime { name, seconds }).collect())
 }
 
-/// Sahl's default over Embree's medium quality.
-pub(crate) fn ratio(times: &[BuildTime]) -> Option<f64> {
+/// Each of Sahl's presets over Embree's medium quality, the default first; with the names of such rows.
+pub(crate) fn ratios(times: &[BuildTime]) -> Option<[(String, f64); 2]> {
     let of = |name: &str| times.iter().find(|time| time.name == name).map(|time| time.seconds);
-    Some(of(presets()[0].0)? / of("Embree medium")?)
+    let theirs = of("Embree medium")?;
+    let [(first, _), (second, _)] = presets();
+    let ratio = |name: &str| Some((format!("{name} / Embree medium"), of(name)? / theirs));
+    Some([ratio(first)?, ratio(second)?])
 }
 
 /// Bytes that Embree keeps for the mesh in its default settings, the shared buffers of the mesh not counted.

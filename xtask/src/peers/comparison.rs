@@ -122,9 +122,11 @@ impl Comparison<'_> {
             for time in &times {
                 table.set(time.name, &column, figure(time.seconds));
             }
-            if let Some(ratio) = builds::ratio(&times) {
-                table.set("Sahl default / Embree medium", &column, figure(ratio));
-                self.summary.ratios.push((Measurement::Build, model.name, ratio));
+            if let Some(ratios) = builds::ratios(&times) {
+                for (row, ratio) in &ratios {
+                    table.set(row, &column, figure(*ratio));
+                }
+                self.summary.ratios.push((Measurement::Build, model.name, ratios[0].1));
             }
         }
         Ok(())

@@ -7,8 +7,10 @@
 mod bins;
 mod clip;
 mod curve;
+mod cut_bins;
 mod fast;
 mod median;
+mod part;
 mod reference;
 mod reinsertion;
 mod sah;
