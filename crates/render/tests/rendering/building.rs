@@ -135,11 +135,18 @@ fn lamps_in_objects_are_dropped_with_a_warning() {
 fn what_rgb_cannot_tell_is_told() {
     let mut scene = floor();
     let named = |name: &str| SpectrumParam::Constant(Spectrum::Named(name.into()));
+    // Metals by name are averages of their measured curves, and give no warning.
     let copper = Material::Conductor {
         reflectance: ConductorReflectance::Index { eta: named("metal-Cu-eta"), k: named("metal-Cu-k") },
         roughness: Roughness::SMOOTH,
     };
     scene.materials.push(copper, Origin::at(span()));
+    let glass =
+        Material::Dielectric { eta: Spectrum::Named("glass-F11".into()), roughness: Roughness::SMOOTH };
+    scene.materials.push(glass, Origin::at(span()));
+    let samples = vec![(400.0, 0.2), (700.0, 0.8)];
+    let reflectance = SpectrumParam::Constant(Spectrum::Sampled(samples));
+    scene.materials.push(Material::Diffuse { reflectance }, Origin::at(span()));
     let (built, diagnostics) = build(&scene, &BuildOptions::default());
     assert!(built.is_some());
     assert_eq!(codes(&diagnostics), [(Severity::Warning, "spectrum-approximated"); 2]);
