@@ -75,21 +75,29 @@ impl ProjectionLight {
         Some(self.texels[y * self.width + x])
     }
 
-    /// ∫ I dω: a texel's solid angle is its area on the plane at distance one, by the cube of the cosine.
+    /// ∫ I dω, with the solid angle of each texel.
+    ///
+    /// That of the rectangle from the axis to (x, y) on the plane at distance one is atan(x y / √(1 + x² + y²)). pbrt-v4 takes
+    /// the area by the cube of the cosine in the middle, which is off by some per cent for few texels.
     pub(crate) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
+        let border =
+            |k: usize, size: usize, extent: f32| (2.0 * k as f64 / size as f64 - 1.0) * f64::from(extent);
+        let to_corner = |x: usize, y: usize| {
+            let x = border(x, self.width, self.extent[0]);
+            let y = border(y, self.height, self.extent[1]);
+            (x * y / (1.0 + x * x + y * y).sqrt()).atan()
+        };
         let mut sum = [0.0_f64; 3];
         for (i, texel) in self.texels.iter().enumerate() {
-            let across = |k: usize, size: usize| 2.0 * (k as f32 + 0.5) / size as f32 - 1.0;
-            let x = across(i % self.width, self.width) * self.extent[0];
-            let y = across(i / self.width, self.height) * self.extent[1];
-            let cos = 1.0 / (1.0 + x * x + y * y).sqrt();
+            let (x, y) = (i % self.width, i / self.width);
+            let solid_angle =
+                to_corner(x + 1, y + 1) - to_corner(x, y + 1) - to_corner(x + 1, y) + to_corner(x, y);
             for (sum, value) in sum.iter_mut().zip(texel) {
-                *sum += f64::from(value * cos * cos * cos);
+                *sum += f64::from(*value) * solid_angle;
             }
         }
-        let area = 4.0 * self.extent[0] * self.extent[1] / self.texels.len() as f32;
         let sum = sum.map(|sum| sum as f32);
-        self.colors.at(sum, ColorRole::Illuminant, wavelengths) * (area * self.scale)
+        self.colors.at(sum, ColorRole::Illuminant, wavelengths) * self.scale
     }
 
     /// The cone about the pyramid.

@@ -213,7 +213,10 @@ fn check_density(
     let test = SquareTest { x_bins: 12, y_bins: 16, samples: 60_000, tests, ..SquareTest::default() };
     let unrolled = |w: Vec3| {
         assert!((w.length() - 1.0).abs() < 1e-4, "{name}: {w:?}");
-        warp::uniform_cone_inverse(frame.to_local(w), one_minus_cos)
+        let p = warp::uniform_cone_inverse(frame.to_local(w), one_minus_cos);
+        // The tip of the whole sphere may be rounded over the border.
+        assert!(p.x < 1.0 + 1e-5, "{name}: {w:?}");
+        p.min(Vec2::ONE)
     };
     let cone_pdf = warp::uniform_cone_pdf(one_minus_cos);
     let drawn = std::cell::Cell::new(0);
@@ -424,16 +427,17 @@ fn both_ways_to_find_the_sky_give_the_same_light() {
     for (name, light, sampled) in skies() {
         let mut rng = Rng::new(11);
         let (mut by_light, mut by_direction) = (Running::default(), Running::default());
+        // Rounding may move a direction over the border of a pixel or of a window.
+        let mut moved = 0;
         for _ in 0..100_000 {
             let [a, b] = rng.uniform();
             if let Some(sample) = light.sample(Vec3::ZERO, Vec2::new(a, b), no_textures(), &WAVELENGTHS) {
                 let seen = light.escaped(Vec3::ZERO, sample.wi, &WAVELENGTHS);
                 let difference = (seen - sample.radiance).map(f32::abs).max_component();
-                // Rounding may move a direction into the next pixel of an image without interpolation.
-                let interpolated = !name.contains("equal-area");
-                assert!(!interpolated || difference < 1e-2 * (1.0 + seen.max_component()), "{name}");
                 let pdf = light.escaped_pdf(Vec3::ZERO, sample.wi);
-                assert!(!interpolated || (pdf / sample.pdf - 1.0).abs() < 0.1, "{name}");
+                let alike =
+                    difference < 1e-2 * (1.0 + seen.max_component()) && (pdf / sample.pdf - 1.0).abs() < 1e-2;
+                moved += u32::from(!alike);
                 by_light.add(f64::from(sample.radiance.to_rgb()[0] / sample.pdf));
             } else {
                 by_light.add(0.0);
@@ -444,6 +448,7 @@ fn both_ways_to_find_the_sky_give_the_same_light() {
             let seen = light.escaped(Vec3::ZERO, w, &WAVELENGTHS).to_rgb()[0];
             by_direction.add(if is_found { f64::from(seen * 4.0 * PI) } else { 0.0 });
         }
+        assert!(moved < 200, "{name}: {moved}");
         assert!(welch(&by_light, &by_direction) > 1e-4, "{name}: {by_light:?} {by_direction:?}");
         if sampled == Sampled::Alone && !matches!(light, Light::Portal(_)) {
             let power = light.power(1.0, &WAVELENGTHS).to_rgb()[0];
