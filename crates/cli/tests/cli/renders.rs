@@ -138,14 +138,17 @@ fn standard_input_and_several_files_are_scenes() {
     let world = "WorldBegin\nLightSource \"infinite\" \"rgb L\" [ 0.25 0.5 1 ]\n";
     fs::write(folder.join("options.pbrt"), options).unwrap();
     fs::write(folder.join("world.pbrt"), world).unwrap();
-    let output = sahl(&folder, &["render", "options.pbrt", "world.pbrt", "--spp", "1"]);
+    let output = sahl(&folder, &["render", "options.pbrt", "world.pbrt", "--spp", "1", "--color", "rgb"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let several = fs::read(folder.join("x.exr")).unwrap();
     let image = sahl::image::read(&several, "x.exr").unwrap();
     assert_eq!(image.pixel(3, 3)[..3], [0.25, 0.5, 1.0]);
 
     fs::remove_file(folder.join("x.exr")).unwrap();
-    let mut child = command(&folder, &["render", "-", "--spp", "1"]).stdin(Stdio::piped()).spawn().unwrap();
+    let mut child = command(&folder, &["render", "-", "--spp", "1", "--color", "rgb"])
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
     child.stdin.take().unwrap().write_all(format!("{options}{world}").as_bytes()).unwrap();
     assert!(child.wait().unwrap().success());
     assert!(fs::read(folder.join("x.exr")).unwrap() == several);

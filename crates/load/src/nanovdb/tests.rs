@@ -71,7 +71,6 @@ fn grid() -> Vec<u8> {
         let value = leaf_value(offset >> 6, offset >> 3 & 7, offset & 7);
         memory.put(LEAF + 96 + 4 * offset, &value.to_le_bytes());
     }
-    memory.put(LEAF + 2143, &[0]);
     memory.0
 }
 
@@ -193,5 +192,6 @@ fn far_apart_leaves_ask_for_no_memory() {
     // The same node twice, at both ends of the lattice: the budget allows for one.
     memory.put(first + ROOT + 24, &2_u32.to_le_bytes());
     memory.put(first + ROOT + 96, &(0x7_FFFF_u64 << 42).to_le_bytes());
+    memory.put(first + ROOT + 104, &((UPPER - ROOT) as u64).to_le_bytes());
     assert!(read(&memory.0, "density").is_err());
 }

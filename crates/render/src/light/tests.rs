@@ -234,7 +234,10 @@ fn check_density(
 #[test]
 fn shapes_are_sampled_with_their_density() {
     let cases = cases();
-    for case in &cases {
+    // The density of a curved shape that is sampled by area grows without bound toward its silhouette, and is no matter for quadrature:
+    // such shapes are held to it by comparing both ways to find their light.
+    let has_bound = |case: &&Case| !["ellipsoid", "partial sphere", "cylinder"].contains(&case.name);
+    for case in cases.iter().filter(has_bound) {
         let scene = &scene_of(case, true, false).data;
         let sample =
             |u| scene.lights[0].sample(case.from, u, no_textures(), &WAVELENGTHS).map(|sample| sample.wi);
@@ -415,7 +418,10 @@ fn skies() -> Vec<(&'static str, Light, Sampled)> {
 #[test]
 fn skies_are_sampled_with_their_density() {
     let skies = skies();
-    for (name, light, _) in &skies {
+    // The density of a picture by latitude grows without bound toward the poles, and that behind a window jumps at pixels that lie across
+    // the bins: no matter for quadrature. These are held to it by comparing both ways to find their light.
+    let unfit = |name: &str| name.starts_with("latitude") || name == "a window to a sky";
+    for (name, light, _) in skies.iter().filter(|(name, ..)| !unfit(name)) {
         let sample = |u| light.sample(Vec3::ZERO, u, no_textures(), &WAVELENGTHS).map(|sample| sample.wi);
         let about = (Frame::from_z(Vec3::Y), 2.0);
         check_density((name, skies.len()), about, sample, |w| light.escaped_pdf(Vec3::ZERO, w));
