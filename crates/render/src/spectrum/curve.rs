@@ -63,7 +63,7 @@ enum Sampled {
 impl SpectralCurve {
     /// Makes `spectrum` ready for its `role`.
     ///
-    /// What RGB can't tell is approximated there, with a warning of a code among [`RGB_MODE_CODES`]; an unknown name is an
+    /// What RGB can't tell is approximated there, with a warning of a code among `RGB_MODE_CODES`; an unknown name is an
     /// error, and the curve is then zero. `span` is what messages point at.
     pub fn new(
         spectrum: &sahl_scene::Spectrum,
