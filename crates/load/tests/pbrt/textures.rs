@@ -46,9 +46,10 @@ fn defaults_are_those_of_pbrt() {
         texture("\"spectrum\" \"checkerboard\""),
         Texture::Checkerboard { mapping, even: number(1.0), odd: number(0.0) }
     );
+    // As pbrt-v4 renders them, though its manual has them the other way round.
     assert_eq!(
         texture("\"float\" \"dots\""),
-        Texture::Dots { mapping, inside: number(1.0), outside: number(0.0) }
+        Texture::Dots { mapping, inside: number(0.0), outside: number(1.0) }
     );
     assert_eq!(texture("\"float\" \"fbm\""), Texture::Fbm(noise));
     assert_eq!(texture("\"float\" \"wrinkled\""), Texture::Wrinkled(noise));

@@ -11,6 +11,7 @@ use super::super::parameter::Kind;
 use super::super::reader::Reader;
 use super::image::image;
 use super::lookup;
+use super::sky::illuminance_factor;
 use super::spectrum::{Role, spectrum};
 
 /// Where a light stands, and what it emits unless told.
@@ -159,6 +160,12 @@ fn infinite(cx: &mut Context<'_>, p: &Reader<'_>, frame: &LightFrame) -> Option<
         }
         Some(_) => environment(cx, p)?,
         None => Radiance::Constant(constant.unwrap_or_else(|| frame.white.clone())),
+    };
+    let (scale, illuminance) = match (&radiance, illuminance, p.string("filename")) {
+        (Radiance::EqualArea(handle), Some(illuminance), Some(name)) => {
+            (scale * illuminance_factor(&cx.scene.images[*handle], &name.text, illuminance), None)
+        }
+        _ => (scale, illuminance),
     };
     Some(Light::Infinite { radiance, scale, illuminance, light_to_world: frame.to_world, portal })
 }

@@ -18,6 +18,7 @@ mod option;
 mod preset;
 mod sampler;
 mod shape;
+mod sky;
 mod spectrum;
 mod texture;
 

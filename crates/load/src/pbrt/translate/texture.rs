@@ -185,8 +185,9 @@ fn checkerboard(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> O
     Some(Texture::Checkerboard { mapping: mapping(p, texture), even, odd })
 }
 
+/// What pbrt-v4 calls `inside` lies around the dots there, and `outside` in them. Files were made to look right that way.
 fn dots(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
-    let [inside, outside] = [value(cx, p, "inside", texture, 1.0), value(cx, p, "outside", texture, 0.0)];
+    let [outside, inside] = [value(cx, p, "inside", texture, 1.0), value(cx, p, "outside", texture, 0.0)];
     Some(Texture::Dots { mapping: mapping(p, texture), inside, outside })
 }
 
