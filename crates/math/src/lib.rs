@@ -11,6 +11,7 @@
 //! Deliberately absent: colour, randomness, and anything that knows a shape.
 #![forbid(unsafe_code)]
 
+mod animated;
 mod bounds;
 mod float;
 mod frame;
@@ -18,6 +19,7 @@ mod ray;
 mod transform;
 mod vector;
 
+pub use animated::{AnimatedTransform, Rows};
 pub use bounds::Bounds3;
 pub use float::{
     difference_of_products, gamma, lerp, next_float_down, next_float_up, safe_acos, safe_asin, safe_sqrt,

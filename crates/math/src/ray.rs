@@ -13,19 +13,29 @@ pub struct Ray {
     pub t_min: f32,
     /// Hits count before this parameter.
     pub t_max: f32,
+    /// When the ray is there, as the fraction of the time that the shutter is open, in [0, 1]: what moves stands where it is then. A ray
+    /// that leaves a surface has to be given the time of the ray that met it, by [`Ray::with_time`].
+    pub time: f32,
 }
 
 impl Ray {
-    /// The ray from `origin` along `direction`, without an end.
+    /// The ray from `origin` along `direction`, without an end, at the time when the shutter opens.
     #[inline]
     pub const fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+        Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY, time: 0.0 }
     }
 
     /// The same ray that ends at `t_max`.
     #[inline]
     pub const fn with_t_max(mut self, t_max: f32) -> Self {
         self.t_max = t_max;
+        self
+    }
+
+    /// The same ray at another time.
+    #[inline]
+    pub const fn with_time(mut self, time: f32) -> Self {
+        self.time = time;
         self
     }
 

@@ -79,7 +79,13 @@ impl Transform {
         Self::from_exact(camera_to_world.inverse())
     }
 
-    fn from_exact(exact: DAffine3) -> Option<Self> {
+    /// The map in the precision in which it is composed.
+    #[inline]
+    pub(crate) fn exact(&self) -> DAffine3 {
+        self.exact
+    }
+
+    pub(crate) fn from_exact(exact: DAffine3) -> Option<Self> {
         let inverse = exact.inverse();
         let finite = |m: &DAffine3| to_f32(m).as_flattened().iter().all(|x| x.is_finite());
         (exact.matrix3.determinant() != 0.0 && finite(&exact) && finite(&inverse)).then(|| Self {
@@ -175,7 +181,7 @@ impl From<Transform> for [[f64; 4]; 3] {
     }
 }
 
-fn rows_of(m: &DAffine3) -> [[f64; 4]; 3] {
+pub(crate) fn rows_of(m: &DAffine3) -> [[f64; 4]; 3] {
     std::array::from_fn(|i| {
         let row = m.matrix3.row(i);
         [row.x, row.y, row.z, m.translation[i]]
