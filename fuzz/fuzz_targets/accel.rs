@@ -80,7 +80,7 @@ impl Input<'_> {
         let mut names = || (0..self.byte() % 8).map(|_| u32::from(self.byte() % 7)).collect::<Vec<u32>>();
         let (world, groups) = (names(), vec![names(), names()]);
         let instances = (0..self.byte() % 8)
-            .map(|_| Instance { group: u32::from(self.byte() % 3), to_world: self.transform() })
+            .map(|_| Instance { group: u32::from(self.byte() % 3), to_world: self.transform().into() })
             .collect();
         World { geometries, world, groups, instances }
     }

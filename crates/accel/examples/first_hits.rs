@@ -20,7 +20,11 @@ fn main() {
         geometries: vec![Geometry::Triangles(pyramid), Geometry::Disk(floor)],
         world: vec![1],
         groups: vec![vec![0]],
-        instances: placements.into_iter().flatten().map(|to_world| Instance { group: 0, to_world }).collect(),
+        instances: placements
+            .into_iter()
+            .flatten()
+            .map(|to_world| Instance { group: 0, to_world: to_world.into() })
+            .collect(),
     };
     let accel = Accel::build(world, &BuildOptions::default());
 

@@ -59,7 +59,7 @@ fn main() {
             let options = BuildOptions { tier: Some(tier), ..BuildOptions::default() };
             let accel = Accel::build(world(trial), &options);
             for (queries, tally) in Queries::ALL.into_iter().zip(&mut tallies) {
-                let volley = Volley { aim: trial.aim, queries, count: share };
+                let volley = Volley { aim: trial.aim, queries, time: 0.0, count: share };
                 let shot = shoot(&accel, &trial.body, &volley, &mut Random(1));
                 if shot.failures() > 0 {
                     println!("{} about {:?}, {volley:?}: {shot:?}", trial.body.name, trial.body.center);

@@ -21,7 +21,8 @@ use crate::world::{Geometry, Instance, World};
 /// Geometry prepared for ray queries. Immutable, and free of interior mutability.
 ///
 /// A hit counts if its parameter lies in the open interval from `t_min` to `t_max`; a negative `t_min` counts as zero, and NaN
-/// anywhere in a ray makes it hit nothing. Of equally near hits the one with the lowest (instance, geometry, primitive)
+/// anywhere in a ray but its time makes it hit nothing. What moves stands where it is at the ray's time, which is clamped to 0 … 1, NaN
+/// counting as 0. Of equally near hits the one with the lowest (instance, geometry, primitive)
 /// is returned, [`Hit::NO_INSTANCE`] coming last.
 #[derive(Clone, Debug)]
 pub struct Accel {
@@ -203,7 +204,7 @@ impl Accel {
         self.primitives.quadric(geometry).map_or([0.0; 2], |quadric| {
             // As the traversal sees it: which root counts depends on where the interval begins.
             let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
-            let local = self.placed_at(found.instance).map_or(ray, |placed| placed.local_ray(&ray));
+            let local = self.placed_at(found.instance).map_or(ray, |placed| placed.local_ray_at_time(&ray));
             let surface = quadric.surface(&local, found.candidate.t);
             [surface.u, surface.v]
         })

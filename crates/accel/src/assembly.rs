@@ -47,15 +47,18 @@ impl<'a> Assembly<'a> {
         let mut input = primitives.collect(world, &world.world);
         primitives.collect_instances(&placed, &mut input);
         let bounds = input.total_bounds();
-        self.stats.primitives =
-            groups.iter().chain([&input]).map(|input| input.references.len() as u64).sum();
+        let references: usize = groups.iter().chain([&input]).map(|input| input.references.len()).sum();
+        // A moving mesh is one reference to many triangles.
+        let moving: usize = self.primitives.moving.iter().map(|mesh| mesh.count - 1).sum();
+        self.stats.primitives = (references + moving) as u64;
         let structure = match self.options.builder {
             Builder::BruteForce => self.list_structure(&groups, &input),
             _ => self.wide_structure(groups, input, &placed),
         };
         let mut stats = self.stats;
         stats.dropped = self.primitives.dropped + self.unplaced;
-        stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64;
+        let motions = placed.iter().map(PlacedGroup::bytes).sum::<u64>();
+        stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64 + motions;
         Accel { world: self.world, primitives: self.primitives, placed, structure, bounds, stats }
     }
 
@@ -77,25 +80,43 @@ impl<'a> Assembly<'a> {
         placed: &[PlacedGroup],
     ) -> Structure {
         let mut trees = WideTrees::default();
+        let moving = self.moving_trees();
+        let cost_in_group = |item: Item| match item {
+            Item::MovingMesh(place) => moving[place as usize],
+            _ => OTHER_COST,
+        };
         let built: Vec<(WideTree, f32)> =
-            groups.into_iter().map(|group| self.wide_tree(&mut trees, group, &|_| OTHER_COST)).collect();
+            groups.into_iter().map(|group| self.wide_tree(&mut trees, group, &cost_in_group)).collect();
         // An instance costs its box test and what its group costs.
         let cost = |item: Item| match item {
-            Item::Instance(place) => {
+            Item::Instance(place) | Item::MovingInstance(place) => {
                 built.get(placed[place as usize].group as usize).map_or(1.0, |tree| 1.0 + tree.1)
             }
-            _ => OTHER_COST,
+            other => cost_in_group(other),
         };
         let (world, sah_cost) = self.wide_tree(&mut trees, input, &cost);
         let groups: Vec<WideTree> = built.into_iter().map(|(tree, _)| tree).collect();
-        let depth = groups.iter().map(|tree| tree.depth).fold(world.depth, u32::max);
-        self.stats.nodes = trees.nodes;
-        self.stats.leaves = trees.leaves;
+        let of_moving = || self.primitives.moving.iter().filter_map(|mesh| mesh.tree.as_ref());
+        let moving_depths = of_moving().map(|moving| moving.tree.depth);
+        let depth = groups.iter().map(|tree| tree.depth).chain(moving_depths).fold(world.depth, u32::max);
+        self.stats.nodes = trees.nodes + of_moving().map(|moving| moving.trees().nodes).sum::<u64>();
+        self.stats.leaves = trees.leaves + of_moving().map(|moving| moving.trees().leaves).sum::<u64>();
         self.stats.depth = depth;
         self.stats.sah_cost = sah_cost;
         self.stats.bytes = trees.bytes();
         let machine = (Machine::choose(self.options.tier), StackSize::for_depth(depth));
         Structure::Wide { trees, groups, world, machine }
+    }
+
+    /// Builds the trees of the moving meshes; returns their costs.
+    fn moving_trees(&mut self) -> Vec<f32> {
+        let mut costs = Vec::with_capacity(self.primitives.moving.len());
+        for mesh in &mut self.primitives.moving {
+            let (cost, unplaced) = mesh.build_tree(self.options);
+            self.unplaced += unplaced;
+            costs.push(1.0 + cost);
+        }
+        costs
     }
 
     /// Builds and appends one tree; returns it with its cost.
@@ -107,7 +128,7 @@ impl<'a> Assembly<'a> {
     ) -> (WideTree, f32) {
         let vertices = TriangleVertices { world: &self.world, primitives: &self.primitives };
         let count = input.references.len() as u64;
-        let nothing = (WideTree { root: None, depth: 0 }, 0.0);
+        let nothing = (WideTree { root: None, end: 0, depth: 0 }, 0.0);
         let Some(mut tree) = build::build(input.references, input.extent, self.options, &vertices) else {
             return nothing;
         };

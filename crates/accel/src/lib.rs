@@ -10,7 +10,9 @@
 //! epsilon anywhere: surface points carry error bounds, and rays that start outside them do not meet their own
 //! surface.
 //!
-//! Deliberately absent: materials, textures, motion, and any dependency on the rest of a renderer.
+//! What moves while the shutter is open, meshes and instances, stands in the same world: rays carry a time, and meet it where it is then.
+//!
+//! Deliberately absent: materials, textures, and any dependency on the rest of a renderer.
 //!
 //! ```
 //! use sahl_accel::{Accel, BuildOptions, Geometry, TriangleMesh, World};
@@ -31,6 +33,7 @@ mod hit;
 mod instance;
 mod kernel;
 mod layout;
+mod motion;
 mod names;
 mod options;
 mod primitive;
@@ -48,5 +51,6 @@ pub use options::{BuildOptions, Builder};
 pub use stats::Stats;
 pub use traverse::TraversalCount;
 pub use world::{
-    CurveKind, CurveSet, Cylinder, Disk, Geometry, Instance, PatchMesh, Sphere, TriangleMesh, World,
+    CurveKind, CurveSet, Cylinder, Disk, Geometry, Instance, MovingTriangleMesh, PatchMesh, Placement,
+    Sphere, TriangleMesh, World,
 };

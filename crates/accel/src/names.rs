@@ -82,6 +82,7 @@ impl Names {
         for geometry in geometries {
             let (count, shape) = match geometry {
                 Geometry::Triangles(mesh) => (mesh.indices.len() as u64, Shape::Triangles),
+                Geometry::MovingTriangles(mesh) => (mesh.indices.len() as u64, Shape::Triangles),
                 // Two a patch, for the halves of those that are planar.
                 Geometry::Patches(mesh) => (2 * mesh.indices.len() as u64, Shape::Patches(Vec::new())),
                 Geometry::Sphere(_) | Geometry::Disk(_) | Geometry::Cylinder(_) => (1, Shape::Quadric(None)),

@@ -10,9 +10,10 @@ use crate::geometry::patch::{self, Corners, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
 use crate::kernel::prefer_large_pages;
+use crate::motion::MovingMesh;
 use crate::names::{Names, PrimitiveName, Shape};
 use crate::traverse::{Candidate, PreparedRay};
-use crate::world::{CurveSet, Geometry, PatchMesh, TriangleMesh, World};
+use crate::world::{CurveSet, Geometry, MovingTriangleMesh, PatchMesh, TriangleMesh, World};
 
 /// Primitives beyond this count are dropped: in full leaves, there are places for the rows of so many, see [`crate::layout`].
 const MAX_PRIMITIVES: usize = 1 << 27;
@@ -39,10 +40,14 @@ pub(crate) enum Item {
     Patch(u32),
     /// A place in [`Primitives::quadrics`].
     Quadric(u32),
-    /// A place in the list of placed groups.
+    /// A place in the list of placed groups: of one that stands still.
     Instance(u32),
     /// A place in [`Primitives::curve_parts`].
     Curve(u32),
+    /// A place in [`Primitives::moving`].
+    MovingMesh(u32),
+    /// A place in the list of placed groups: of one that moves.
+    MovingInstance(u32),
 }
 
 impl Item {
@@ -55,6 +60,8 @@ impl Item {
             Self::Quadric(place) => (2, place),
             Self::Instance(place) => (3, place),
             Self::Curve(place) => (4, place),
+            Self::MovingMesh(place) => (5, place),
+            Self::MovingInstance(place) => (6, place),
         }
     }
 
@@ -66,7 +73,9 @@ impl Item {
             1 => Self::Patch(place),
             2 => Self::Quadric(place),
             3 => Self::Instance(place),
-            _ => Self::Curve(place),
+            4 => Self::Curve(place),
+            5 => Self::MovingMesh(place),
+            _ => Self::MovingInstance(place),
         }
     }
 }
@@ -86,6 +95,7 @@ pub(crate) struct Primitives {
     pub(crate) quadrics: Vec<Quadric>,
     curves: Vec<Curves>,
     pub(crate) curve_parts: Vec<CurvePart>,
+    pub(crate) moving: Vec<MovingMesh>,
     /// How many were left out.
     pub(crate) dropped: u64,
     /// How many the trees hold.
@@ -160,7 +170,8 @@ impl Primitives {
             + size_of_val(self.quadrics.as_slice())
             + size_of_val(self.curves.as_slice())
             + size_of_val(self.curve_parts.as_slice());
-        self.names.bytes() + lists as u64
+        let moving = self.moving.iter().map(|mesh| mesh.bytes() + size_of_val(mesh) as u64).sum::<u64>();
+        self.names.bytes() + lists as u64 + moving
     }
 
     /// Collects the primitives of one set of geometries: those of the world or of one group.
@@ -178,6 +189,7 @@ impl Primitives {
             let start = input.references.len();
             match world.geometries.get(index as usize) {
                 Some(Geometry::Triangles(mesh)) => self.collect_triangles(index, mesh, &mut input),
+                Some(Geometry::MovingTriangles(mesh)) => self.collect_moving(index, mesh, &mut input),
                 Some(Geometry::Patches(mesh)) => self.collect_patches(index, mesh, &mut input),
                 Some(Geometry::Curves(set)) => self.collect_curves(index, set, &mut input),
                 Some(quadric) => self.collect_quadric(index, quadric, &mut input),
@@ -197,7 +209,9 @@ impl Primitives {
             if bounds.is_empty() || !are_usable(&bounds) || self.collected >= MAX_PRIMITIVES {
                 self.dropped += 1;
             } else {
-                input.push(Item::Instance(place as u32), &bounds);
+                let place = place as u32;
+                let item = if group.moves() { Item::MovingInstance(place) } else { Item::Instance(place) };
+                input.push(item, &bounds);
                 self.collected += 1;
             }
         }
@@ -228,6 +242,19 @@ impl Primitives {
             let with_offset = indices.map(|(offset, indices)| (portion * PORTION + offset, indices));
             input.references.par_extend(with_offset.map(prepare));
             self.dropped += input.admit(start);
+        }
+    }
+
+    fn collect_moving(&mut self, geometry: u32, mesh: &MovingTriangleMesh, input: &mut TreeInput) {
+        let ids = self.names.ids(geometry);
+        let count = ids.len().min(self.space()).min(mesh.indices.len());
+        let moving = MovingMesh::new(mesh, ids.start, count);
+        self.dropped += (mesh.indices.len() - moving.count) as u64;
+        if moving.count > 0 {
+            input.push(Item::MovingMesh(self.moving.len() as u32), &moving.bounds);
+            // One of them stands among the references.
+            self.collected += moving.count - 1;
+            self.moving.push(moving);
         }
     }
 
@@ -361,7 +388,7 @@ fn has_area(vertices: &[Vec3; 3]) -> bool {
 
 /// Whether all coordinates are numbers that can be computed with.
 #[inline]
-fn is_usable(p: Vec3) -> bool {
+pub(crate) fn is_usable(p: Vec3) -> bool {
     p.x.abs() <= MAX_COORDINATE && p.y.abs() <= MAX_COORDINATE && p.z.abs() <= MAX_COORDINATE
 }
 

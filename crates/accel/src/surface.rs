@@ -14,6 +14,7 @@ use crate::geometry::double::DVec3;
 use crate::geometry::quadric::ANY_NORMAL;
 use crate::geometry::{patch, triangle};
 use crate::hit::{Hit, SurfacePoint};
+use crate::instance;
 use crate::primitive::vertices;
 use crate::world::Geometry;
 
@@ -28,7 +29,7 @@ struct TreePoint {
 const EXACT: DVec3 = DVec3::new(0.0, 0.0, 0.0);
 
 impl Accel {
-    /// The point of a hit in world space with its error, and the geometric normal there.
+    /// The point of a hit in world space at the ray's time with its error, and the geometric normal there.
     ///
     /// The normal is `(p₁−p₀) × (p₂−p₀)` for triangles and `dp/du × dp/dv` for others, in the space in which the
     /// shape is given: a quadric's own, a group's, or the world's. From there it is transformed as a normal, by the
@@ -39,11 +40,12 @@ impl Accel {
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let placed = self.placed_at(hit.instance);
         let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
-        let local_ray = placed.map_or(ray, |placed| placed.local_ray(&ray));
+        let local_ray = placed.map_or(ray, |placed| placed.local_ray_at_time(&ray));
         let local = self.tree_point(&local_ray, hit);
         let (point, error, n) = match placed {
             Some(placed) => {
-                (placed.point(local.p), placed.error(local.p, local.error), placed.normal(local.n))
+                let map = placed.map_at(ray.time);
+                (map.point(local.p), instance::error(&map, local.p, local.error), map.normal(local.n))
             }
             None => (local.p, local.error, local.n),
         };
@@ -57,6 +59,9 @@ impl Accel {
                 .indices
                 .get(hit.primitive as usize)
                 .and_then(|&indices| vertices(&mesh.positions, indices))
+                .map(|vertices| triangle::surface(vertices, hit.u, hit.v)),
+            Some(Geometry::MovingTriangles(mesh)) => mesh
+                .triangle_at(hit.primitive, ray.time)
                 .map(|vertices| triangle::surface(vertices, hit.u, hit.v)),
             Some(Geometry::Patches(_)) => self.corners(hit.geometry, hit.primitive).map(|corners| {
                 let kind = self.primitives.patch_kind(hit.geometry, hit.primitive);

@@ -2,15 +2,20 @@
 //!
 //! Deliberately absent: materials, textures, names, and anything else that does not decide where a ray ends.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use sahl_math::{Transform, Vec3};
+use sahl_math::{AnimatedTransform, Transform, Vec3};
+
+use crate::motion::Weights;
 
 /// A shape, or a mesh of many.
 #[derive(Clone, Debug)]
 pub enum Geometry {
     /// Flat triangles.
     Triangles(TriangleMesh),
+    /// Flat triangles that move while the shutter is open.
+    MovingTriangles(MovingTriangleMesh),
     /// Bilinear patches.
     Patches(PatchMesh),
     /// A sphere, whole or partial.
@@ -30,6 +35,36 @@ pub struct TriangleMesh {
     pub indices: Arc<[[u32; 3]]>,
     /// Vertices.
     pub positions: Arc<[Vec3]>,
+}
+
+/// Triangles over shared vertices that go along straight lines at constant speed while the shutter is open, in the space of the world or of
+/// the group that holds them.
+#[derive(Clone, Debug)]
+pub struct MovingTriangleMesh {
+    /// Vertex indices, three a triangle.
+    pub indices: Arc<[[u32; 3]]>,
+    /// Vertices when the shutter opens, and when it closes.
+    pub positions: [Arc<[Vec3]>; 2],
+}
+
+impl MovingTriangleMesh {
+    /// The vertices of a triangle at a time, a fraction of the time that the shutter is open: as rays meet it, to the last bit. `None` if
+    /// there is no such triangle.
+    pub fn triangle_at(&self, triangle: u32, time: f32) -> Option<[Vec3; 3]> {
+        self.ends(triangle as usize).map(|ends| Weights::at(time).triangle(&ends))
+    }
+
+    /// The vertices of a triangle at both ends of its motion.
+    pub(crate) fn ends(&self, triangle: usize) -> Option<[[Vec3; 3]; 2]> {
+        let indices = self.indices.get(triangle)?;
+        let mut ends = [[Vec3::ZERO; 3]; 2];
+        for (vertices, positions) in ends.iter_mut().zip(&self.positions) {
+            for (vertex, &index) in vertices.iter_mut().zip(indices) {
+                *vertex = *positions.get(index as usize)?;
+            }
+        }
+        Some(ends)
+    }
 }
 
 /// Bilinear patches over shared vertices, in the space of the world or of the group that holds them.
@@ -132,7 +167,39 @@ pub struct Instance {
     /// Which group.
     pub group: u32,
     /// From the group's space to the world.
-    pub to_world: Transform,
+    pub to_world: Placement,
+}
+
+/// Where an instance stands, or how it moves while the shutter is open.
+#[derive(Clone, Debug)]
+pub enum Placement {
+    /// It stands still.
+    Still(Transform),
+    /// It moves.
+    Moving(Box<AnimatedTransform>),
+}
+
+impl Placement {
+    /// The map from the group's space to the world at a time, a fraction of the time that the shutter is open.
+    #[inline]
+    pub fn at(&self, time: f32) -> Cow<'_, Transform> {
+        match self {
+            Self::Still(transform) => Cow::Borrowed(transform),
+            Self::Moving(motion) => Cow::Owned(motion.at(time)),
+        }
+    }
+}
+
+impl From<Transform> for Placement {
+    fn from(transform: Transform) -> Self {
+        Self::Still(transform)
+    }
+}
+
+impl From<AnimatedTransform> for Placement {
+    fn from(motion: AnimatedTransform) -> Self {
+        Self::Moving(Box::new(motion))
+    }
 }
 
 /// Everything that rays can hit. All `u32` are indices: of `geometries`, except [`Instance::group`].

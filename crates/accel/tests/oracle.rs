@@ -143,7 +143,7 @@ fn bad_primitives_are_dropped_and_counted() {
     ]);
     world.world.push(99);
     world.groups = vec![vec![], vec![2, 55]];
-    world.instances = [0, 1, 7].map(|group| Instance { group, to_world: Transform::IDENTITY }).into();
+    world.instances = [0, 1, 7].map(|group| Instance { group, to_world: Transform::IDENTITY.into() }).into();
     // Five triangles, four patches, twelve quadrics, one geometry; in the groups two; three instances of nothing.
     assert_eq!(build(&world, Builder::BinnedSah).stats().dropped, 5 + 4 + 12 + 1 + 2 + 3);
     compare(&world, &rays(&mut Random(5), 300, 1.5));

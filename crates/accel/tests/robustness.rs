@@ -102,7 +102,7 @@ fn trees_too_deep_for_a_small_stack() {
     let all: Vec<u32> = (0..91).collect();
     let moved = |x: f64| Transform::translate(x, 0.1, 0.2).expect("a regular matrix");
     let instances =
-        (0..30).map(|i| Instance { group: 0, to_world: moved(f64::from(i).exp2() * 1e-6) }).collect();
+        (0..30).map(|i| Instance { group: 0, to_world: moved(f64::from(i).exp2() * 1e-6).into() }).collect();
     let world = World { world: all.clone(), groups: vec![all], instances, geometries };
     assert!(depth(&world) > 7, "{}", depth(&world));
     let mut rays = rays(&mut random, 300, 2.0);
@@ -180,7 +180,7 @@ fn groups_and_instances_of_nothing() {
     let empty = Geometry::Triangles(TriangleMesh { indices: [].into(), positions: [].into() });
     let place = |x: f64| Transform::translate(x, 0.0, 0.0).expect("a regular matrix");
     let far = Transform::translate(1e30, 0.0, 0.0).expect("a regular matrix");
-    let instance = |group, to_world| Instance { group, to_world };
+    let instance = |group, to_world: Transform| Instance { group, to_world: to_world.into() };
     let world = World {
         geometries: vec![mesh, empty],
         world: vec![1, 1, 9],

@@ -369,7 +369,7 @@ fn instances_carry_points_normals_and_errors_to_the_world() {
                 positions: vertices.into(),
             })],
             groups: vec![vec![0]],
-            instances: vec![Instance { group: 0, to_world }],
+            instances: vec![Instance { group: 0, to_world: to_world.into() }],
             ..World::default()
         };
         let accel = build(&world, Builder::BinnedSah);

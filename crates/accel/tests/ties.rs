@@ -72,7 +72,7 @@ fn an_instance_goes_before_the_world_at_the_same_place() {
     let mut random = Random(4);
     let mut world = world_of(vec![Geometry::Triangles(soup(&mut random, 50, 0.5))]);
     world.groups = vec![vec![0]];
-    world.instances = vec![Instance { group: 0, to_world: Transform::IDENTITY }; 3];
+    world.instances = vec![Instance { group: 0, to_world: Transform::IDENTITY.into() }; 3];
     let mut rays = rays(&mut random, 500, 1.5);
     rays.extend(camera_rays(Vec3::new(2.0, 1.0, 3.0), Vec3::ZERO, 2, 3.0));
     assert!(compare(&world, &rays) > 100);
@@ -85,12 +85,11 @@ fn groups_of_the_same_triangles_under_other_names() {
     let mut random = Random(6);
     let mesh = soup(&mut random, 40, 0.5);
     let copy = || Geometry::Triangles(mesh.clone());
-    let to_world = Transform::IDENTITY;
     let world = World {
         geometries: vec![copy(), copy(), copy()],
         world: vec![2, 1, 0],
         groups: vec![vec![2, 1], vec![0, 2]],
-        instances: vec![Instance { group: 0, to_world }, Instance { group: 1, to_world }],
+        instances: [0, 1].map(|group| Instance { group, to_world: Transform::IDENTITY.into() }).into(),
     };
     let mut rays = rays(&mut random, 500, 1.5);
     rays.extend(camera_rays(Vec3::new(2.0, 1.0, 3.0), Vec3::ZERO, 2, 3.0));

@@ -19,7 +19,7 @@ fn check(what: &str, world: &World, (builder, body): (Builder, &Body), aim: Aim,
             &BuildOptions { builder, tier: Some(tier), ..BuildOptions::default() },
         );
         for queries in Queries::ALL {
-            let volley = Volley { aim, queries, count: count / (3 * tiers().count() as u64) };
+            let volley = Volley { aim, queries, time: 0.0, count: count / (3 * tiers().count() as u64) };
             let tally = shoot(&accel, body, &volley, &mut Random(7 + number as u64));
             let expected = Tally { rays: tally.rays, ..Tally::default() };
             assert_eq!(tally, expected, "{what}: {}, {builder:?}, {tier:?}, {volley:?}", body.name);
@@ -99,7 +99,7 @@ fn instances_are_watertight() {
         let world = World {
             geometries: vec![Geometry::Triangles(body.triangle_mesh())],
             groups: vec![vec![0]],
-            instances: vec![Instance { group: 0, to_world }],
+            instances: vec![Instance { group: 0, to_world: to_world.into() }],
             ..World::default()
         };
         for p in body.positions.iter_mut().chain(&mut body.inside) {

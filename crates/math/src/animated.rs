@@ -139,8 +139,8 @@ impl AnimatedTransform {
     #[inline]
     fn progress(&self, time: f32) -> f64 {
         let [start, end] = self.times.map(f64::from);
-        // In this order NaN becomes zero.
-        ((f64::from(time) - start) / (end - start)).max(0.0).min(1.0)
+        let progress = (f64::from(time) - start) / (end - start);
+        if progress > 0.0 { progress.min(1.0) } else { 0.0 }
     }
 
     /// The end at which the motion is.
@@ -280,7 +280,7 @@ mod tests {
                 let [forward, inverse] = motion.rows_at(time);
                 assert_eq!(Transform::from_rows(forward), Some(motion.at(time)));
                 for (i, row) in forward.iter().enumerate() {
-                    for j in 0..3 {
+                    for j in [0, 1, 2] {
                         let entry: f64 = (0..3).map(|k| row[k] * inverse[k][j]).sum();
                         let size: f64 = (0..3).map(|k| (row[k] * inverse[k][j]).abs()).sum();
                         assert!((entry - f64::from(u8::from(i == j))).abs() <= 1e-13 * size.max(1.0));

@@ -16,6 +16,8 @@ pub(crate) struct Place {
 pub(crate) struct Interaction {
     /// The point.
     pub(crate) p: Vec3,
+    /// When it is there: the time of the ray, see [`Ray::time`].
+    pub(crate) time: f32,
     /// Absolute error bound of each coordinate.
     pub(crate) p_error: Vec3,
     /// Unit geometric normal on the surface's front.
@@ -47,7 +49,7 @@ impl Interaction {
     /// The ray that leaves along `direction`.
     #[inline]
     pub(crate) fn spawn(&self, direction: Vec3) -> Ray {
-        Ray::spawn(self.p, self.p_error, self.ng, direction)
+        Ray::spawn(self.p, self.p_error, self.ng, direction).with_time(self.time)
     }
 
     /// Whether the surface lies between the directions `wo` and `wi` by its geometry just as it does by its shading.
@@ -67,6 +69,7 @@ impl Interaction {
     pub(crate) fn test(shading: Frame, uv: Vec2) -> Self {
         Self {
             p: Vec3::ZERO,
+            time: 0.0,
             p_error: Vec3::ZERO,
             ng: shading.z,
             shading,

@@ -18,7 +18,7 @@ mod spatial;
 mod split;
 mod sweep;
 
-use sahl_math::Bounds3;
+use sahl_math::{Bounds3, Vec3};
 
 use crate::kernel::{BLOCK_WIDTH, Machine, Row};
 use crate::layout::Vertices;
@@ -123,6 +123,29 @@ pub(crate) fn build(
         Builder::Fast => return Some(fast::build(references, &extent, binning)),
     };
     let mut tree = spatial::build(references, extent, binning, cutting, vertices);
+    reinsertion::optimize(&mut tree, effort);
+    Some(tree)
+}
+
+/// [`build`] over triangles none of which is cut, because they move and the parts would not hold them.
+pub(crate) fn build_uncut(
+    references: Vec<Reference>,
+    extent: Extent,
+    options: &BuildOptions,
+) -> Option<BinaryTree> {
+    // Nobody asks for them.
+    let no_vertices = |_| [Vec3::splat(f32::NAN); 3];
+    let binning = Binning::new(options.bins, Machine::choose(options.tier));
+    let effort = match options.builder {
+        Builder::BinnedSah => Effort::DEFAULT,
+        Builder::HighQuality => Effort::HIGH,
+        // The others cut nothing.
+        _ => return build(references, extent, options, &no_vertices),
+    };
+    if references.is_empty() {
+        return None;
+    }
+    let mut tree = spatial::build(references, extent, binning, Cutting::NONE, &no_vertices);
     reinsertion::optimize(&mut tree, effort);
     Some(tree)
 }

@@ -30,6 +30,9 @@ pub(super) struct Cutting {
 }
 
 impl Cutting {
+    /// Nothing is cut.
+    pub(super) const NONE: Self =
+        Self { share: 0.0, divisible: f32::INFINITY, overlap: f32::INFINITY, gain: 1.0 };
     /// Costs nothing where triangles are even, and a tenth of the time where they are not.
     pub(super) const DEFAULT: Self = Self { share: 0.2, divisible: 1e-4, overlap: 3e-4, gain: 0.03 };
     /// What is worth it where time does not count.

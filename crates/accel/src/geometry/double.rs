@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use sahl_math::{Transform, Vec3};
+use sahl_math::{Rows, Transform, Vec3};
 
 /// Half the distance from one to the next larger `f64`.
 const UNIT_ROUNDOFF: f64 = f64::EPSILON * 0.5;
@@ -118,13 +118,18 @@ impl Neg for DVec3 {
 /// An affine map applied in double precision, with its inverse.
 #[derive(Clone, Debug)]
 pub(crate) struct DoubleTransform {
-    forward: [[f64; 4]; 3],
-    inverse: [[f64; 4]; 3],
+    forward: Rows,
+    inverse: Rows,
 }
 
 impl DoubleTransform {
     pub(crate) fn new(transform: &Transform) -> Self {
         Self { forward: transform.to_rows(), inverse: transform.inverse().to_rows() }
+    }
+
+    /// From the rows of a map and of its inverse.
+    pub(crate) fn from_rows([forward, inverse]: [Rows; 2]) -> Self {
+        Self { forward, inverse }
     }
 
     #[inline]
@@ -165,7 +170,13 @@ impl DoubleTransform {
     #[inline]
     pub(crate) fn rounding(&self, p: DVec3) -> DVec3 {
         let moved = DVec3::new(self.forward[0][3], self.forward[1][3], self.forward[2][3]).abs();
-        (self.spread(p.abs()) + moved) * (32.0 * UNIT_ROUNDOFF)
+        (self.spread(p.abs()) + moved) * Self::rounding_of(1.0)
+    }
+
+    /// [`Self::rounding`] where the sum of the absolute values of all that is added up is known.
+    #[inline]
+    pub(crate) fn rounding_of(sum: f64) -> f64 {
+        sum * (32.0 * UNIT_ROUNDOFF)
     }
 
     /// The rows of the linear part.

@@ -68,7 +68,10 @@ impl Quadric {
                 (Shape::Cylinder(CylinderShape::new(cylinder)?), &cylinder.to_parent)
             }
             Geometry::Disk(disk) => (Shape::Disk(DiskShape::new(disk)?), &disk.to_parent),
-            Geometry::Triangles(_) | Geometry::Patches(_) | Geometry::Curves(_) => return None,
+            Geometry::Triangles(_)
+            | Geometry::MovingTriangles(_)
+            | Geometry::Patches(_)
+            | Geometry::Curves(_) => return None,
         };
         Some(Self { to_parent: DoubleTransform::new(to_parent), shape, id })
     }

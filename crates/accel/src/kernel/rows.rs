@@ -58,6 +58,11 @@ impl Rows {
         &mut self.rows[start..start + count]
     }
 
+    /// The rows from one to before another, to be written anew.
+    pub(crate) fn between(&mut self, start: u32, end: u32) -> &mut [Row] {
+        &mut self.rows[start as usize..end as usize]
+    }
+
     /// The node that begins at a row.
     #[inline(always)]
     pub(crate) fn node(&self, row: u32) -> Node<'_> {

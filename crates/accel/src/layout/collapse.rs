@@ -41,7 +41,8 @@ pub(crate) fn append_tree(
     trees.leaves += totals.leaves;
     let area = tree.nodes[0].bounds.half_area();
     let cost = if area > 0.0 { cost.as_node / area } else { 0.0 };
-    Ok((WideTree { root: Some(root as u32), depth: totals.depth }, cost))
+    let end = (root + rows) as u32;
+    Ok((WideTree { root: Some(root as u32), end, depth: totals.depth }, cost))
 }
 
 /// What a wide subtree consists of.
@@ -213,6 +214,8 @@ impl<V: Vertices> Collapse<'_, V> {
                 Item::Quadric(place) => Child::Quadric(place),
                 Item::Instance(place) => Child::Instance(place),
                 Item::Curve(place) => Child::Curve(place),
+                Item::MovingMesh(place) => Child::MovingMesh(place),
+                Item::MovingInstance(place) => Child::MovingInstance(place),
             }
             .encode();
         }

@@ -6,17 +6,19 @@
 //! | bits | inner node | block of triangles | leaf of one other primitive | nothing |
 //! |---|---|---|---|---|
 //! | 30–31 | 0 | 1 | 2 | 3 |
-//! | 27–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance, 3 part of a curve | all ones |
+//! | 27–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance, 3 part of a curve, 4 moving mesh, 5 moving instance | all ones |
 //! | 0–26 | first row | first row | place | all ones |
 
 mod collapse;
 mod lanes;
 mod plan;
+mod refit;
 
 use sahl_math::Vec3;
 
 use crate::kernel::{BLOCK_WIDTH, Node, Row, Rows, TriangleBlock, WIDTH};
 pub(crate) use collapse::{TooLarge, append_tree};
+pub(crate) use refit::{MovedLeaf, MovedPrimitives};
 
 /// Trees in the form in which they are traversed.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +60,8 @@ impl WideTrees {
 pub(crate) struct WideTree {
     /// The place of the root; `None` for a tree over nothing.
     pub(crate) root: Option<u32>,
+    /// One more than its last row.
+    pub(crate) end: u32,
     /// Nodes on the longest way down.
     pub(crate) depth: u32,
 }
@@ -71,6 +75,8 @@ pub(crate) enum Child {
     Quadric(u32),
     Instance(u32),
     Curve(u32),
+    MovingMesh(u32),
+    MovingInstance(u32),
 }
 
 /// What is to be done with what a reference refers to.
@@ -113,6 +119,8 @@ impl Child {
             Self::Quadric(place) => other(1, place),
             Self::Instance(place) => other(2, place),
             Self::Curve(place) => other(3, place),
+            Self::MovingMesh(place) => other(4, place),
+            Self::MovingInstance(place) => other(5, place),
         }
     }
 
@@ -143,7 +151,9 @@ impl Child {
                 0 => Self::Patch(place),
                 1 => Self::Quadric(place),
                 2 => Self::Instance(place),
-                _ => Self::Curve(place),
+                3 => Self::Curve(place),
+                4 => Self::MovingMesh(place),
+                _ => Self::MovingInstance(place),
             },
             Stage::Done => return None,
         })
@@ -188,6 +198,8 @@ mod tests {
             Child::Instance(PLACE_MASK),
             Child::Curve(3),
             Child::Curve(PLACE_MASK),
+            Child::MovingMesh(3),
+            Child::MovingInstance(PLACE_MASK),
         ] {
             assert_eq!(Child::decode(child.encode()), Some(child));
         }

@@ -11,7 +11,7 @@ use crate::kernel::{BLOCK_ROWS, BLOCK_WIDTH, NODE_ROWS, WIDTH};
 use crate::primitive::Item;
 
 /// The cost of testing a block of triangles against that of visiting a node, which is one.
-const BLOCK_COST: f32 = 1.0;
+pub(super) const BLOCK_COST: f32 = 1.0;
 
 /// Subtrees of at least this many binary nodes are worked on by several threads.
 const PARALLEL_NODES: usize = 1 << 12;

@@ -65,7 +65,11 @@ impl List<'_> {
                 Entry::Other(Item::Curve(place)) => {
                     self.primitives.curve_candidate(*place, ray, search.limit())
                 }
-                Entry::Other(Item::Instance(place)) => {
+                Entry::Other(Item::MovingMesh(place)) => {
+                    let mesh = &self.primitives.moving[*place as usize];
+                    return mesh.search(ray, (&mut *search, &mut *counter));
+                }
+                Entry::Other(Item::Instance(place) | Item::MovingInstance(place)) => {
                     return self.search_instance(*place, ray, (&mut *search, &mut *counter));
                 }
                 Entry::Other(Item::Triangle(_)) => None,
@@ -83,7 +87,7 @@ impl List<'_> {
     ) -> bool {
         let placed = &self.placed[place as usize];
         let Some(tree) = self.groups.get(placed.group as usize) else { return false };
-        let Some(local) = PreparedRay::new(&placed.local_ray(ray.ray())) else { return false };
+        let Some(local) = PreparedRay::new(&placed.local_ray_at_time(ray.ray())) else { return false };
         search.enter_instance(placed.instance);
         let ended = self.search(tree, &local, (&mut *search, &mut *counter));
         search.enter_instance(u32::MAX);

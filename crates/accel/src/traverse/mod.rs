@@ -17,9 +17,9 @@ use crate::kernel::{BlockRay, NodeRay};
 pub(crate) use list::{List, ListTree};
 pub(crate) use packet::traverse_packets;
 pub(crate) use search::{Any, Candidate, Found, Nearest, Search};
-pub(crate) use stack::StackSize;
+pub(crate) use stack::{Stack, StackSize};
 pub(crate) use stream::{Query, traverse_stream};
-pub(crate) use wide::{Scene, traverse};
+pub(crate) use wide::{Scene, offer_block, traverse};
 
 /// What a query visited: the cost of a ray, for heat maps and comparisons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

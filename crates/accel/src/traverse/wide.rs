@@ -5,8 +5,9 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::{Candidate, Counter, PreparedRay, Search};
 use crate::instance::PlacedGroup;
-use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task};
+use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task, TriangleBlock};
 use crate::layout::{Child, Stage, WideTree, WideTrees};
+use crate::motion::MovingWalk;
 use crate::primitive::Primitives;
 
 /// What the traversal reads.
@@ -99,7 +100,17 @@ pub(super) fn visit_block<I: Isa, S: Search, C: Counter>(
     ray: &PreparedRay,
     (search, counter): (&mut S, &mut C),
 ) -> bool {
-    let block = scene.trees.block(Child::row(child));
+    offer_block(isa, scene.trees.block(Child::row(child)), ray, (search, counter))
+}
+
+/// Offers the hits of a block; returns whether the search is over.
+#[inline(always)]
+pub(crate) fn offer_block<I: Isa, S: Search, C: Counter>(
+    isa: I,
+    block: TriangleBlock<'_>,
+    ray: &PreparedRay,
+    (search, counter): (&mut S, &mut C),
+) -> bool {
     counter.primitives(|| block.len());
     let limit = search.limit();
     block.intersect(isa, &ray.block_ray, limit, |hit| {
@@ -118,7 +129,18 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
 ) -> bool {
     let candidate = match Child::decode(child) {
         Some(Child::Instance(place)) => {
-            return visit_instance::<I, S, C, N>(isa, scene, place, ray.ray(), (search, counter));
+            let placed = &scene.placed[place as usize];
+            let local = placed.local_ray(ray.ray());
+            return visit_instance::<I, S, C, N>(isa, scene, (placed, &local), (search, counter));
+        }
+        Some(Child::MovingInstance(place)) => {
+            let placed = &scene.placed[place as usize];
+            let local = placed.local_ray_at_time(ray.ray());
+            return visit_instance::<I, S, C, N>(isa, scene, (placed, &local), (search, counter));
+        }
+        Some(Child::MovingMesh(place)) => {
+            let Some(tree) = &scene.primitives.moving[place as usize].tree else { return false };
+            return isa.enter(MovingWalk::<S, C, N> { tree, ray, search, counter });
         }
         Some(Child::Patch(place)) => scene.primitives.patch_candidate(place, ray),
         Some(Child::Quadric(place)) => scene.primitives.quadric_candidate(place, ray),
@@ -132,18 +154,15 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
 fn visit_instance<I: Isa, S: Search, C: Counter, const N: usize>(
     isa: I,
     scene: Scene<'_>,
-    place: u32,
-    ray: &Ray,
+    (placed, local): (&PlacedGroup, &Ray),
     (search, counter): (&mut S, &mut C),
 ) -> bool {
-    let placed = &scene.placed[place as usize];
     let Some(root) = scene.groups.get(placed.group as usize).and_then(|tree| tree.root) else {
         return false;
     };
-    let local = placed.local_ray(ray);
     search.enter_instance(placed.instance);
     let ended =
-        isa.enter(Walk::<S, C, N> { scene, root, ray: &local, search: &mut *search, counter: &mut *counter });
+        isa.enter(Walk::<S, C, N> { scene, root, ray: local, search: &mut *search, counter: &mut *counter });
     search.enter_instance(u32::MAX);
     ended
 }

@@ -7,6 +7,7 @@ use sahl_accel::{PatchMesh, TriangleMesh};
 use sahl_math::Vec3;
 
 /// A closed body: its faces by vertex indices, and points from which every ray hits it.
+#[derive(Clone)]
 pub(crate) struct Body {
     pub(crate) name: &'static str,
     pub(crate) positions: Vec<Vec3>,

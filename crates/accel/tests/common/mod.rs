@@ -7,6 +7,7 @@
 
 pub(crate) mod agreement;
 pub(crate) mod meshes;
+pub(crate) mod moving;
 pub(crate) mod watertight;
 pub(crate) mod worlds;
 

@@ -89,6 +89,8 @@ impl Queries {
 pub(crate) struct Volley {
     pub(crate) aim: Aim,
     pub(crate) queries: Queries,
+    /// When all rays are there.
+    pub(crate) time: f32,
     /// How many primary rays, each followed by four spawned ones; somewhat fewer where the aim leaves some out.
     pub(crate) count: u64,
 }
@@ -125,7 +127,7 @@ fn primary_rays(
             origin = body.inside[random.below(body.inside.len())];
         }
         let target = targets[(first + i % 64) % targets.len()];
-        rays.extend(aimed(body, volley.aim, origin, target, random));
+        rays.extend(aimed(body, volley.aim, origin, target, random).map(|ray| ray.with_time(volley.time)));
     }
     rays
 }
@@ -167,7 +169,8 @@ fn follow(
     for (ray, hit) in rays.iter().zip(hits) {
         let Some(hit) = hit else { continue };
         let point = accel.surface_point(ray, hit);
-        let spawn = |direction: Vec3| Ray::spawn(point.p, point.p_error, point.n, direction);
+        let spawn =
+            |direction: Vec3| Ray::spawn(point.p, point.p_error, point.n, direction).with_time(ray.time);
         let reflected = ray.direction - point.n * (2.0 * ray.direction.dot(point.n));
         let directions = [ray.origin - point.p, ray.direction, reflected, random.direction()];
         for (rays, direction) in spawned.iter_mut().zip(directions) {

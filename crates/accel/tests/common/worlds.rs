@@ -91,7 +91,7 @@ pub(crate) fn zoo(random: &mut Random) -> World {
         let to_parent = placement(random);
         geometries.push(Geometry::Curves(curves(random, kind, 5 + i, to_parent)));
     }
-    let instances = (0..12).map(|i| Instance { group: i % 2, to_world: placement(random) }).collect();
+    let instances = (0..12).map(|i| Instance { group: i % 2, to_world: placement(random).into() }).collect();
     geometries.push(Geometry::Triangles(soup(random, 60, 0.4)));
     let corners: Vec<Vec3> = (0..80).map(|_| random.point(1.0)).collect();
     let mut indices: Vec<[u32; 4]> = (0..20).map(|i| [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3]).collect();

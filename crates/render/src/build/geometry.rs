@@ -81,7 +81,7 @@ impl<'a> GeometryBuilder<'a> {
         }
         for instance in self.description.instances.values() {
             let group = instance.object.index() as u32;
-            self.world.instances.push(Instance { group, to_world: instance.object_to_world });
+            self.world.instances.push(Instance { group, to_world: instance.object_to_world.into() });
         }
         self.counts.instances = self.world.instances.len() as u64;
         self

@@ -63,7 +63,7 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub(crate) fn is_in_shadow(&mut self, at: &Interaction, sample: &LightSample) -> bool {
         let ray = match sample.end {
-            Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end),
+            Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end).with_time(at.time),
             None => at.spawn(sample.wi),
         };
         self.is_occluded(&ray)

@@ -67,7 +67,9 @@ impl Attributes {
     #[inline]
     pub(crate) fn interaction(&self, accel: &Accel, ray: &Ray, hit: &Hit) -> Interaction {
         let SurfacePoint { p, p_error, n } = accel.surface_point(ray, hit);
-        let to_world = (hit.instance != Hit::NO_INSTANCE).then(|| &accel.instance(hit.instance).to_world);
+        let placement =
+            (hit.instance != Hit::NO_INSTANCE).then(|| accel.instance(hit.instance).to_world.at(ray.time));
+        let to_world = placement.as_deref();
         let geometry = accel.geometry(hit.geometry);
         let corners = corners(geometry, hit);
         let mut ng = if self.flip { -n } else { n };
@@ -83,13 +85,14 @@ impl Attributes {
         let seen_from_behind = ns.dot(ray.direction) * ng.dot(ray.direction) <= 0.0;
         let ns = if seen_from_behind { ng } else { ns };
         let shading = if self.needs_tangent {
-            let tangent = self.tangent(geometry, corners, hit, p, to_world);
+            let tangent = self.tangent(geometry, corners, (hit, ray.time), p, to_world);
             Frame::from_z_and_tangent(ns, tangent)
         } else {
             Frame::from_z(ns)
         };
         Interaction {
             p,
+            time: ray.time,
             p_error,
             ng,
             shading,
@@ -136,7 +139,7 @@ impl Attributes {
         &self,
         geometry: &Geometry,
         corners: Option<Corners>,
-        hit: &Hit,
+        (hit, time): (&Hit, f32),
         p: Vec3,
         to_world: Option<&Transform>,
     ) -> Vec3 {
@@ -150,6 +153,9 @@ impl Attributes {
             (Geometry::Triangles(mesh), Some(Corners::Triangle(indices, _))) => {
                 self.triangle_tangent(indices.map(|i| mesh.positions[i as usize]), indices)
             }
+            (Geometry::MovingTriangles(mesh), Some(Corners::Triangle(indices, _))) => mesh
+                .triangle_at(hit.primitive, time)
+                .map_or(Vec3::ZERO, |vertices| self.triangle_tangent(vertices, indices)),
             (Geometry::Patches(mesh), Some(Corners::Patch(indices, _))) => {
                 self.patch_tangent(indices.map(|i| mesh.positions[i as usize]), indices, [hit.u, hit.v])
             }
@@ -208,6 +214,9 @@ pub(super) fn corners(geometry: &Geometry, hit: &Hit) -> Option<Corners> {
     let (u, v) = (hit.u, hit.v);
     match geometry {
         Geometry::Triangles(mesh) => {
+            Some(Corners::Triangle(mesh.indices[hit.primitive as usize], [1.0 - u - v, u, v]))
+        }
+        Geometry::MovingTriangles(mesh) => {
             Some(Corners::Triangle(mesh.indices[hit.primitive as usize], [1.0 - u - v, u, v]))
         }
         Geometry::Patches(mesh) => {

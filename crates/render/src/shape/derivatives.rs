@@ -35,14 +35,24 @@ impl Attributes {
     /// Fibres have none.
     pub(crate) fn derivatives(&self, accel: &Accel, hit: &Hit, at: &Interaction) -> Derivatives {
         let geometry = accel.geometry(hit.geometry);
-        let to_world = (hit.instance != Hit::NO_INSTANCE).then(|| &accel.instance(hit.instance).to_world);
+        let placement =
+            (hit.instance != Hit::NO_INSTANCE).then(|| accel.instance(hit.instance).to_world.at(at.time));
+        let to_world = placement.as_deref();
         let in_parent = to_world.map_or(at.p, |to_world| to_world.inverse().point(at.p));
+        let along = |positions: &[Vec3], corners: Corners| {
+            corners.differences(hit.u, hit.v).map(|weights| weights.blend(positions))
+        };
         let parent = match (geometry, corners(geometry, hit)) {
             (Geometry::Triangles(mesh), Some(corners @ Corners::Triangle(..))) => {
-                self.of_mesh(&mesh.positions, corners, hit)
+                self.of_mesh(along(&mesh.positions, corners), corners, hit)
+            }
+            (Geometry::MovingTriangles(mesh), Some(corners @ Corners::Triangle(..))) => {
+                let [start, end] = mesh.positions.each_ref().map(|positions| along(positions, corners));
+                let change = [0, 1].map(|i| start[i] * (1.0 - at.time) + end[i] * at.time);
+                self.of_mesh(change, corners, hit)
             }
             (Geometry::Patches(mesh), Some(corners @ Corners::Patch(..))) => {
-                self.of_mesh(&mesh.positions, corners, hit)
+                self.of_mesh(along(&mesh.positions, corners), corners, hit)
             }
             _ => self.of_quadric(geometry, in_parent),
         };
@@ -62,8 +72,9 @@ impl Attributes {
         n.or_else(|| to_world.inverse().normal(at.shading.z).try_normalize()).unwrap_or(Vec3::Z)
     }
 
-    fn of_mesh(&self, positions: &[Vec3], corners: Corners, hit: &Hit) -> Derivatives {
-        let change = self.by_parameters(positions, corners, hit);
+    /// Those of a mesh whose points change with the parameters of the hit by `p`.
+    fn of_mesh(&self, p: [Vec3; 2], corners: Corners, hit: &Hit) -> Derivatives {
+        let change = self.by_parameters(p, corners, hit);
         let [uv_a, uv_b] = change.uv;
         let determinant = difference_of_products(uv_a.x, uv_b.y, uv_a.y, uv_b.x);
         if determinant == 0.0 || !determinant.is_finite() {
@@ -81,7 +92,7 @@ impl Attributes {
         found.finite()
     }
 
-    fn by_parameters(&self, positions: &[Vec3], corners: Corners, hit: &Hit) -> ByParameters {
+    fn by_parameters(&self, p: [Vec3; 2], corners: Corners, hit: &Hit) -> ByParameters {
         let differences = corners.differences(hit.u, hit.v);
         let along = |values: &[Vec3]| differences.map(|weights| weights.blend(values));
         let n = match &self.normals {
@@ -97,7 +108,7 @@ impl Attributes {
             (None, Corners::Triangle(..)) => [Vec2::new(1.0, 0.0), Vec2::ONE],
             (None, Corners::Patch(..)) => [Vec2::new(1.0, 0.0), Vec2::new(0.0, 1.0)],
         };
-        ByParameters { p: along(positions), n, uv }
+        ByParameters { p, n, uv }
     }
 
     fn of_quadric(&self, geometry: &Geometry, in_parent: Vec3) -> Derivatives {
