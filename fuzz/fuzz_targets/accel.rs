@@ -1,12 +1,13 @@
 //! Acceleration structures: building ends, and every query of every tree on every tier finds whether there is a hit as brute force
-//! does, and the same hit as the others.
+//! does, and the same hit as the others; at any time, through filters, and after edits.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use sahl_accel::{
-    Accel, BuildOptions, Builder, Disk, Geometry, Hit, Instance, PatchMesh, Sphere, Tier, TriangleMesh, World,
+    Accel, BuildOptions, Builder, Disk, Edit, Geometry, Hit, Instance, MovingTriangleMesh, PatchMesh,
+    Placement, Sphere, Tier, TriangleMesh, World,
 };
-use sahl_math::{Ray, Transform, Vec3};
+use sahl_math::{AnimatedTransform, Ray, Transform, Vec3};
 
 /// Bytes as the numbers that they are asked for; zeros where there are no more.
 struct Input<'a>(&'a [u8]);
@@ -48,8 +49,30 @@ impl Input<'_> {
         moved.and_then(|moved| moved.after(&scaled?)).unwrap_or(Transform::IDENTITY)
     }
 
+    fn placement(&mut self) -> Placement {
+        let start = self.transform();
+        if self.byte() % 2 == 0 {
+            return start.into();
+        }
+        let (end, times) = (self.transform(), [self.number(), self.number()]);
+        AnimatedTransform::new(start, end, times).map_or(start.into(), Placement::from)
+    }
+
+    /// An edit, of which some do not fit.
+    fn edit(&mut self) -> Edit {
+        let index = u32::from(self.byte() % 7);
+        match self.byte() % 3 {
+            0 => Edit::Positions { geometry: index, positions: self.vectors().into() },
+            1 => Edit::MovingPositions {
+                geometry: index,
+                positions: [self.vectors().into(), self.vectors().into()],
+            },
+            _ => Edit::Placement { instance: index, to_world: self.placement() },
+        }
+    }
+
     fn geometry(&mut self) -> Geometry {
-        match self.byte() % 6 {
+        match self.byte() % 7 {
             0 => Geometry::Sphere(Sphere {
                 radius: self.number(),
                 z_min: self.number(),
@@ -68,6 +91,10 @@ impl Input<'_> {
                 positions: self.vectors().into(),
                 indices: self.faces().into(),
             }),
+            3 => Geometry::MovingTriangles(MovingTriangleMesh {
+                positions: [self.vectors().into(), self.vectors().into()],
+                indices: self.faces().into(),
+            }),
             _ => Geometry::Triangles(TriangleMesh {
                 positions: self.vectors().into(),
                 indices: self.faces().into(),
@@ -78,15 +105,15 @@ impl Input<'_> {
     fn world(&mut self) -> World {
         let geometries = (0..self.byte() % 6).map(|_| self.geometry()).collect();
         let mut names = || (0..self.byte() % 8).map(|_| u32::from(self.byte() % 7)).collect::<Vec<u32>>();
-        let (world, groups) = (names(), vec![names(), names()]);
+        let (world, groups, filtered) = (names(), vec![names(), names()], names());
         let instances = (0..self.byte() % 8)
-            .map(|_| Instance { group: u32::from(self.byte() % 3), to_world: self.transform().into() })
+            .map(|_| Instance { group: u32::from(self.byte() % 3), to_world: self.placement() })
             .collect();
-        World { geometries, world, groups, instances }
+        World { geometries, world, groups, instances, filtered }
     }
 
     fn ray(&mut self) -> Ray {
-        let ray = Ray::new(self.vector(), self.vector());
+        let ray = Ray::new(self.vector(), self.vector()).with_time(self.number());
         match self.byte() % 4 {
             0 => Ray { t_min: self.number(), t_max: self.number(), ..ray },
             _ => ray,
@@ -111,6 +138,11 @@ fn check(accel: &Accel, rays: &[Ray]) -> Vec<Option<Hit>> {
     // Packets hold rays against the boxes of triangles, out of which rounding may move a hit where it is not moderate.
     for ((ray, hit), alone) in rays.iter().zip(&hits).zip(&single) {
         assert!(bits(&[*hit]) == bits(&[*alone]) || !is_moderate(ray, accel), "coherent: {ray:?}");
+    }
+    for ray in rays {
+        let filter = |hit: &Hit| hit.primitive % 2 == 1;
+        let filtered = accel.intersect_filtered(ray, filter);
+        assert_eq!(accel.occluded_filtered(ray, filter), filtered.is_some(), "filtered: {ray:?}");
     }
     let mut occluded = vec![false; rays.len()];
     accel.occluded_batch(rays, &mut occluded);
@@ -139,17 +171,31 @@ fuzz_target!(|bytes: &[u8]| {
     let mut input = Input(bytes);
     let world = input.world();
     let rays: Vec<Ray> = (0..input.byte()).map(|_| input.ray()).collect();
+    let edits: Vec<Edit> = (0..input.byte() % 4).map(|_| input.edit()).collect();
     let build = |builder, tier| {
         Accel::build(world.clone(), &BuildOptions { builder, tier, ..BuildOptions::default() })
     };
+    let edited = |mut accel: Accel| {
+        for edit in &edits {
+            // One after the other, as one that does not fit keeps all from being made.
+            let _ = accel.refit(vec![edit.clone()]);
+        }
+        accel
+    };
+    compare(&rays, build);
+    compare(&rays, |builder, tier| edited(build(builder, tier)));
+});
+
+/// Compares all structures that `build` makes with brute force.
+fn compare(rays: &[Ray], build: impl Fn(Builder, Option<Tier>) -> Accel) {
     let oracle = build(Builder::BruteForce, None);
-    let expected = check(&oracle, &rays);
+    let expected = check(&oracle, rays);
     for builder in [Builder::BinnedSah, Builder::Fast, Builder::Median] {
         let mut first: Option<Vec<Option<Hit>>> = None;
         for tier in Tier::ALL.into_iter().filter(|tier| tier.is_available()) {
             let accel = build(builder, Some(tier));
             assert_eq!(accel.stats().dropped, oracle.stats().dropped);
-            let hits = check(&accel, &rays);
+            let hits = check(&accel, rays);
             let first = first.get_or_insert_with(|| hits.clone());
             assert_eq!(bits(&hits), bits(first), "{builder:?} {tier:?}");
             for ((ray, hit), expected) in rays.iter().zip(&hits).zip(&expected) {
@@ -158,4 +204,4 @@ fuzz_target!(|bytes: &[u8]| {
             }
         }
     }
-});
+}

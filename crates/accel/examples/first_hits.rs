@@ -25,6 +25,7 @@ fn main() {
             .flatten()
             .map(|to_world| Instance { group: 0, to_world: to_world.into() })
             .collect(),
+        ..World::default()
     };
     let accel = Accel::build(world, &BuildOptions::default());
 

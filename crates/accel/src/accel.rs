@@ -3,6 +3,7 @@
 use sahl_math::{Bounds3, Ray};
 
 use crate::assembly::Assembly;
+use crate::filter::Filtered;
 use crate::geometry::patch;
 use crate::hit::Hit;
 use crate::instance::PlacedGroup;
@@ -11,6 +12,7 @@ use crate::layout::{WideTree, WideTrees};
 use crate::names::{Kind, PrimitiveName};
 use crate::options::BuildOptions;
 use crate::primitive::{Primitives, vertices};
+use crate::refit::Measures;
 use crate::stats::Stats;
 use crate::traverse::{
     Any, Candidate, Counter, Found, List, ListTree, Nearest, NoCount, PreparedRay, Query, Scene, Search,
@@ -18,7 +20,7 @@ use crate::traverse::{
 };
 use crate::world::{Geometry, Instance, World};
 
-/// Geometry prepared for ray queries. Immutable, and free of interior mutability.
+/// Geometry prepared for ray queries. Changed by [`Self::refit`] alone, and free of interior mutability.
 ///
 /// A hit counts if its parameter lies in the open interval from `t_min` to `t_max`; a negative `t_min` counts as zero, and NaN
 /// anywhere in a ray but its time makes it hit nothing. What moves stands where it is at the ray's time, which is clamped to 0 … 1, NaN
@@ -31,6 +33,9 @@ pub struct Accel {
     pub(crate) placed: Vec<PlacedGroup>,
     pub(crate) structure: Structure,
     pub(crate) bounds: Bounds3,
+    pub(crate) filtered: Filtered,
+    pub(crate) options: BuildOptions,
+    pub(crate) measures: Measures,
     pub(crate) stats: Stats,
 }
 
@@ -129,7 +134,7 @@ impl Accel {
     }
 
     #[inline]
-    fn search<S: Search, C: Counter>(&self, ray: &Ray, search: &mut S, counter: &mut C) -> bool {
+    pub(crate) fn search<S: Search, C: Counter>(&self, ray: &Ray, search: &mut S, counter: &mut C) -> bool {
         match &self.structure {
             Structure::Wide { trees, groups, world, machine } => {
                 let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
@@ -144,7 +149,7 @@ impl Accel {
 
     /// Answers a query for each ray, by one of the traversals for many.
     #[inline]
-    fn answer<Q: Query>(
+    pub(crate) fn answer<Q: Query>(
         &self,
         rays: &[Ray],
         traverse: fn(Scene<'_>, (Machine, StackSize), &WideTree, &[Ray], &mut Q),
@@ -155,7 +160,7 @@ impl Accel {
             return traverse(scene, *machine, world, rays, query);
         }
         for (place, ray) in rays.iter().enumerate() {
-            let mut search = query.start(limit_of(ray));
+            let mut search = query.start(place, limit_of(ray));
             let ended = self.search(ray, &mut search, &mut NoCount);
             query.finish(place, &search, ended);
         }
@@ -163,7 +168,7 @@ impl Accel {
 
     /// Names the primitive and finds the parameters that the traversal leaves out.
     #[inline(always)]
-    fn to_hit(&self, ray: &Ray, found: &Found) -> Hit {
+    pub(crate) fn to_hit(&self, ray: &Ray, found: &Found) -> Hit {
         let Found { candidate: Candidate { t, id, weights: [u, v] }, instance } = *found;
         match self.primitives.triangle_name(id) {
             Some([geometry, primitive]) => Hit { t, u, v, geometry, primitive, instance },
@@ -240,7 +245,7 @@ impl Query for NearestHits<'_> {
     type Search = Nearest;
 
     #[inline(always)]
-    fn start(&self, limit: f32) -> Nearest {
+    fn start(&self, _place: usize, limit: f32) -> Nearest {
         Nearest::new(limit)
     }
 
@@ -274,7 +279,7 @@ impl Query for Occlusions<'_> {
     type Search = Any;
 
     #[inline(always)]
-    fn start(&self, limit: f32) -> Any {
+    fn start(&self, _place: usize, limit: f32) -> Any {
         Any { limit }
     }
 

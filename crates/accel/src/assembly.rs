@@ -4,18 +4,20 @@ use sahl_math::Bounds3;
 
 use crate::accel::{Accel, Structure};
 use crate::build::{self, Reference};
+use crate::filter::Filtered;
 use crate::instance::PlacedGroup;
 use crate::kernel::Machine;
 use crate::layout::{self, WideTree, WideTrees};
 use crate::options::{BuildOptions, Builder};
 use crate::primitive::{Item, Primitives, TreeInput};
+use crate::refit::Measures;
 use crate::stats::Stats;
 use crate::traverse::{ListTree, StackSize};
 use crate::vertices::TriangleVertices;
 use crate::world::World;
 
 /// The cost of testing a primitive that is neither triangle nor instance against that of visiting a node.
-const OTHER_COST: f32 = 2.0;
+pub(crate) const OTHER_COST: f32 = 2.0;
 
 /// The steps of [`Accel::build`].
 pub(crate) struct Assembly<'a> {
@@ -25,12 +27,20 @@ pub(crate) struct Assembly<'a> {
     stats: Stats,
     /// Primitives of trees for which there was no room.
     unplaced: u64,
+    measures: Measures,
 }
 
 impl<'a> Assembly<'a> {
     pub(crate) fn new(world: World, options: &'a BuildOptions) -> Self {
         let primitives = Primitives::for_geometries(&world.geometries);
-        Self { world, options, primitives, stats: Stats::default(), unplaced: 0 }
+        Self {
+            world,
+            options,
+            primitives,
+            stats: Stats::default(),
+            unplaced: 0,
+            measures: Measures::default(),
+        }
     }
 
     pub(crate) fn finish(mut self) -> Accel {
@@ -59,7 +69,21 @@ impl<'a> Assembly<'a> {
         stats.dropped = self.primitives.dropped + self.unplaced;
         let motions = placed.iter().map(PlacedGroup::bytes).sum::<u64>();
         stats.bytes += self.primitives.bytes() + size_of_val(placed.as_slice()) as u64 + motions;
-        Accel { world: self.world, primitives: self.primitives, placed, structure, bounds, stats }
+        let filtered = Filtered::new(&self.world.filtered, self.world.geometries.len(), |geometry| {
+            self.primitives.ids(geometry)
+        });
+        let measures = Measures { built_cost: stats.sah_cost, group_bounds: local_bounds, ..self.measures };
+        Accel {
+            world: self.world,
+            primitives: self.primitives,
+            placed,
+            structure,
+            bounds,
+            stats,
+            filtered,
+            options: *self.options,
+            measures,
+        }
     }
 
     fn list_structure(&mut self, groups: &[TreeInput], input: &TreeInput) -> Structure {
@@ -95,7 +119,8 @@ impl<'a> Assembly<'a> {
             other => cost_in_group(other),
         };
         let (world, sah_cost) = self.wide_tree(&mut trees, input, &cost);
-        let groups: Vec<WideTree> = built.into_iter().map(|(tree, _)| tree).collect();
+        let (groups, group_costs): (Vec<WideTree>, Vec<f32>) = built.into_iter().unzip();
+        (self.measures.group_costs, self.measures.moving_costs) = (group_costs, moving);
         let of_moving = || self.primitives.moving.iter().filter_map(|mesh| mesh.tree.as_ref());
         let moving_depths = of_moving().map(|moving| moving.tree.depth);
         let depth = groups.iter().map(|tree| tree.depth).chain(moving_depths).fold(world.depth, u32::max);

@@ -28,6 +28,7 @@
 mod accel;
 mod assembly;
 mod build;
+mod filter;
 mod geometry;
 mod hit;
 mod instance;
@@ -37,6 +38,7 @@ mod motion;
 mod names;
 mod options;
 mod primitive;
+mod refit;
 mod stats;
 mod surface;
 mod traverse;
@@ -48,6 +50,7 @@ pub use geometry::triangle;
 pub use hit::{Hit, SurfacePoint};
 pub use kernel::Tier;
 pub use options::{BuildOptions, Builder};
+pub use refit::{Edit, Refit, UnfitEdit};
 pub use stats::Stats;
 pub use traverse::TraversalCount;
 pub use world::{

@@ -1,5 +1,7 @@
 //! From a world to the flat lists that builders and kernels work on; what cannot be hit is dropped here.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
@@ -98,6 +100,10 @@ pub(crate) struct Primitives {
     pub(crate) moving: Vec<MovingMesh>,
     /// How many were left out.
     pub(crate) dropped: u64,
+    /// The ids of triangles and halves of patches that were left out because they have no surface or are not finite.
+    pub(crate) absent: Vec<u32>,
+    /// The instances that were left out.
+    pub(crate) absent_instances: Vec<u32>,
     /// How many the trees hold.
     collected: usize,
 }
@@ -142,8 +148,39 @@ impl Primitives {
 
     /// The ids of a geometry.
     #[inline]
-    pub(crate) fn ids(&self, geometry: u32) -> std::ops::Range<u32> {
+    pub(crate) fn ids(&self, geometry: u32) -> Range<u32> {
         self.names.ids(geometry)
+    }
+
+    /// Whether the patches of a geometry stand in a tree.
+    pub(crate) fn collected(&self, geometry: u32) -> bool {
+        matches!(self.names.shape(geometry), Some(Shape::Patches(kinds)) if !kinds.is_empty())
+    }
+
+    /// Takes the meshes that have changed as they are now, with the costs of those that move.
+    pub(crate) fn refit(
+        &mut self,
+        world: &World,
+        is_changed: impl Fn(u32) -> bool,
+        moving_costs: &mut [f32],
+    ) {
+        for (moving, cost) in self.moving.iter_mut().zip(moving_costs) {
+            if let Some(Geometry::MovingTriangles(mesh)) = world.geometries.get(moving.geometry as usize)
+                && is_changed(moving.geometry)
+            {
+                *cost = 1.0 + moving.refit(mesh);
+            }
+        }
+        for curved in &mut self.patches {
+            let PrimitiveName { geometry, primitive, .. } = self.names.name(curved.id);
+            if let Some(Geometry::Patches(mesh)) = world.geometries.get(geometry as usize)
+                && is_changed(geometry)
+                && let Some(&indices) = mesh.indices.get(primitive as usize)
+                && let Some(corners) = vertices(&mesh.positions, indices)
+            {
+                curved.corners = corners;
+            }
+        }
     }
 
     /// The prepared quadric of a geometry that is one.
@@ -208,6 +245,7 @@ impl Primitives {
             let bounds = group.bounds();
             if bounds.is_empty() || !are_usable(&bounds) || self.collected >= MAX_PRIMITIVES {
                 self.dropped += 1;
+                self.absent_instances.push(place as u32);
             } else {
                 let place = place as u32;
                 let item = if group.moves() { Item::MovingInstance(place) } else { Item::Instance(place) };
@@ -236,20 +274,29 @@ impl Primitives {
             if usable { Reference::triangle(bounds, id) } else { Reference::NONE }
         };
         // In portions that stay in the cache while their extent is found.
-        for (portion, indices) in (0..).zip(mesh.indices[..count].chunks(PORTION)) {
+        for (portion, faces) in (0..).zip(mesh.indices[..count].chunks(PORTION)) {
             let start = input.references.len();
-            let indices = indices.par_iter().with_min_len(CHUNK).enumerate();
+            let indices = faces.par_iter().with_min_len(CHUNK).enumerate();
             let with_offset = indices.map(|(offset, indices)| (portion * PORTION + offset, indices));
             input.references.par_extend(with_offset.map(prepare));
-            self.dropped += input.admit(start);
+            let dropped = input.admit(start);
+            if dropped > 0 {
+                self.dropped += dropped;
+                let first = ids.start + (portion * PORTION) as u32;
+                let is_absent =
+                    |indices: &[u32; 3]| !vertices(&mesh.positions, *indices).is_some_and(|v| has_area(&v));
+                let absent = (first..).zip(faces).filter(|(_, indices)| is_absent(indices));
+                self.absent.extend(absent.map(|(id, _)| id));
+            }
         }
     }
 
     fn collect_moving(&mut self, geometry: u32, mesh: &MovingTriangleMesh, input: &mut TreeInput) {
         let ids = self.names.ids(geometry);
         let count = ids.len().min(self.space()).min(mesh.indices.len());
-        let moving = MovingMesh::new(mesh, ids.start, count);
+        let moving = MovingMesh::new(geometry, mesh, (ids.start, count));
         self.dropped += (mesh.indices.len() - moving.count) as u64;
+        self.absent.extend(moving.dropped());
         if moving.count > 0 {
             input.push(Item::MovingMesh(self.moving.len() as u32), &moving.bounds);
             // One of them stands among the references.
@@ -273,6 +320,8 @@ impl Primitives {
                     for (half, upper) in patch::halves(&corners).into_iter().zip([false, true]) {
                         if has_area(&half) {
                             input.push(Item::Triangle(id(upper)), &Bounds3::from_points(half));
+                        } else {
+                            self.absent.push(id(upper));
                         }
                     }
                 }
@@ -332,6 +381,12 @@ impl Primitives {
         self.curves.push(curves);
     }
 
+    /// The box about a part of a curve.
+    pub(crate) fn curve_bounds(&self, place: u32) -> Bounds3 {
+        let part = &self.curve_parts[place as usize];
+        self.curves[part.curves as usize].bounds(part.offset).unwrap_or(Bounds3::EMPTY)
+    }
+
     /// The nearest hit of a part of a curve up to `limit`.
     #[inline]
     pub(crate) fn curve_candidate(&self, place: u32, ray: &PreparedRay, limit: f32) -> Option<Candidate> {
@@ -379,7 +434,7 @@ pub(crate) fn vertices<const N: usize>(positions: &[Vec3], indices: [u32; N]) ->
 
 /// Whether a triangle has an area other than zero; no if a coordinate is NaN.
 #[inline]
-fn has_area(vertices: &[Vec3; 3]) -> bool {
+pub(crate) fn has_area(vertices: &[Vec3; 3]) -> bool {
     let [p0, p1, p2] = vertices.map(DVec3::from);
     let n = (p1 - p0).cross(p2 - p0);
     // Beyond the range of `f32` only where the vertices are.
@@ -392,7 +447,7 @@ pub(crate) fn is_usable(p: Vec3) -> bool {
     p.x.abs() <= MAX_COORDINATE && p.y.abs() <= MAX_COORDINATE && p.z.abs() <= MAX_COORDINATE
 }
 
-fn are_usable(bounds: &Bounds3) -> bool {
+pub(crate) fn are_usable(bounds: &Bounds3) -> bool {
     is_usable(bounds.min) && is_usable(bounds.max)
 }
 

@@ -213,4 +213,6 @@ pub struct World {
     pub groups: Vec<Vec<u32>>,
     /// Placements of groups.
     pub instances: Vec<Instance>,
+    /// The geometries that filters are asked about, in whatever set they stand; all others are opaque.
+    pub filtered: Vec<u32>,
 }

@@ -103,7 +103,7 @@ fn trees_too_deep_for_a_small_stack() {
     let moved = |x: f64| Transform::translate(x, 0.1, 0.2).expect("a regular matrix");
     let instances =
         (0..30).map(|i| Instance { group: 0, to_world: moved(f64::from(i).exp2() * 1e-6).into() }).collect();
-    let world = World { world: all.clone(), groups: vec![all], instances, geometries };
+    let world = World { world: all.clone(), groups: vec![all], instances, geometries, ..World::default() };
     assert!(depth(&world) > 7, "{}", depth(&world));
     let mut rays = rays(&mut random, 300, 2.0);
     rays.extend((0..100).map(|i| {
@@ -194,6 +194,7 @@ fn groups_and_instances_of_nothing() {
             instance(u32::MAX, place(0.0)),
             instance(2, far),
         ],
+        ..World::default()
     };
     // Of the world's geometries and the last group's three are not there; five instances hold nothing, one is too far.
     assert_eq!(build(&world, Builder::BinnedSah).stats().dropped, 3 + 6);

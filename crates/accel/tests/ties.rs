@@ -90,6 +90,7 @@ fn groups_of_the_same_triangles_under_other_names() {
         world: vec![2, 1, 0],
         groups: vec![vec![2, 1], vec![0, 2]],
         instances: [0, 1].map(|group| Instance { group, to_world: Transform::IDENTITY.into() }).into(),
+        ..World::default()
     };
     let mut rays = rays(&mut random, 500, 1.5);
     rays.extend(camera_rays(Vec3::new(2.0, 1.0, 3.0), Vec3::ZERO, 2, 3.0));

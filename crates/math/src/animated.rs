@@ -86,7 +86,7 @@ impl AnimatedTransform {
         self.times
     }
 
-    /// The map at a time, a fraction of the time that the shutter is open; NaN counts as zero.
+    /// The map at a time, a fraction of the time that the shutter is open: clamped to 0 … 1, NaN counting as zero.
     pub fn at(&self, time: f32) -> Transform {
         let progress = self.progress(time);
         if let Some(end) = self.end_at(progress) {
@@ -138,9 +138,10 @@ impl AnimatedTransform {
     /// How far the motion is at a time.
     #[inline]
     fn progress(&self, time: f32) -> f64 {
+        let time = if time > 0.0 { time.min(1.0) } else { 0.0 };
         let [start, end] = self.times.map(f64::from);
         let progress = (f64::from(time) - start) / (end - start);
-        if progress > 0.0 { progress.min(1.0) } else { 0.0 }
+        progress.clamp(0.0, 1.0)
     }
 
     /// The end at which the motion is.
@@ -265,7 +266,7 @@ mod tests {
             AnimatedTransform::new(Transform::IDENTITY, end, times).unwrap().at(time).point(Vec3::ZERO).x
         };
         assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(|time| x([0.25, 0.75], time)), [0.0, 0.0, 2.0, 4.0, 4.0]);
-        assert_eq!([0.0, 0.5, 1.0].map(|time| x([-1.0, 3.0], time)), [1.0, 1.5, 2.0]);
+        assert_eq!([-9.0, 0.0, 0.5, 1.0, 9.0].map(|time| x([-1.0, 3.0], time)), [1.0, 1.0, 1.5, 2.0, 2.0]);
         for times in [[0.5, 0.5], [1.0, 0.0], [0.0, f32::NAN], [f32::NEG_INFINITY, 1.0]] {
             assert_eq!(AnimatedTransform::new(Transform::IDENTITY, end, times), None);
         }

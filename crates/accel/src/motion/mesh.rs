@@ -16,6 +16,7 @@ pub(crate) type MovingTriangle = [[Vec3; 3]; 2];
 /// The triangles of a moving mesh that can be hit.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingMesh {
+    pub(crate) geometry: u32,
     /// The id of the first triangle.
     pub(crate) first: u32,
     /// All triangles by their place in the mesh, `None` for those that were dropped; for the brute-force list, and empty for a tree.
@@ -28,13 +29,13 @@ pub(crate) struct MovingMesh {
 }
 
 impl MovingMesh {
-    /// Takes those of the first `count` triangles that have a surface at some time; `first` is the id of the first.
-    pub(crate) fn new(mesh: &MovingTriangleMesh, first: u32, count: usize) -> Self {
+    /// Takes the triangles of a mesh that have a surface at some time; the first one has the id `first`, and `count` of them have one.
+    pub(crate) fn new(geometry: u32, mesh: &MovingTriangleMesh, (first, count): (u32, usize)) -> Self {
         let triangles: Vec<Option<MovingTriangle>> =
             (0..count).map(|place| usable_triangle(mesh, place)).collect();
         let count = triangles.iter().flatten().count();
         let bounds = bounds_at_any_time(triangles.iter().flatten());
-        Self { first, triangles, count, tree: None, bounds }
+        Self { geometry, first, triangles, count, tree: None, bounds }
     }
 
     /// Puts a tree in the place of the list; returns the expected cost of a ray that meets the box, and how many triangles there was no
@@ -48,6 +49,21 @@ impl MovingMesh {
             }
             None => (0.0, self.count as u64),
         }
+    }
+
+    /// Takes the triangles of the mesh as it is now; returns the expected cost of a ray that meets the box.
+    pub(crate) fn refit(&mut self, mesh: &MovingTriangleMesh) -> f32 {
+        let triangles = (0..mesh.indices.len()).filter_map(|place| usable_triangle(mesh, place));
+        let triangles: Vec<MovingTriangle> = triangles.collect();
+        self.count = triangles.len();
+        self.bounds = bounds_at_any_time(triangles.iter());
+        let first = self.first;
+        self.tree.as_mut().map_or(0.0, |tree| tree.refit(|id| usable_triangle(mesh, (id - first) as usize)))
+    }
+
+    /// The ids of the triangles that were dropped.
+    pub(crate) fn dropped(&self) -> impl Iterator<Item = u32> {
+        (self.first..).zip(&self.triangles).filter(|(_, triangle)| triangle.is_none()).map(|(id, _)| id)
     }
 
     /// Offers all hits of the list; returns whether the search ended early.

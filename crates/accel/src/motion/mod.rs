@@ -19,7 +19,7 @@ mod tree;
 mod walk;
 mod weights;
 
-pub(crate) use mesh::MovingMesh;
+pub(crate) use mesh::{MovingMesh, usable_triangle};
 pub(crate) use tree::MovingTree;
 pub(crate) use walk::MovingWalk;
 pub(crate) use weights::Weights;

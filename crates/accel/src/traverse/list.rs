@@ -2,7 +2,7 @@
 
 use sahl_math::Vec3;
 
-use super::{Candidate, Counter, PreparedRay, Search};
+use super::{Candidate, Counter, PreparedRay, Search, offer_crossings};
 use crate::geometry::triangle;
 use crate::instance::PlacedGroup;
 use crate::layout::Vertices;
@@ -52,19 +52,7 @@ impl List<'_> {
         (search, counter): (&mut S, &mut C),
     ) -> bool {
         tree.entries.iter().any(|entry| {
-            let candidate = match entry {
-                Entry::Triangle { vertices, id } => {
-                    triangle::intersect_sheared(ray.ray(), ray.shear(), *vertices).map(|hit| Candidate {
-                        t: hit.t,
-                        id: *id,
-                        weights: [hit.b1, hit.b2],
-                    })
-                }
-                Entry::Other(Item::Patch(place)) => self.primitives.patch_candidate(*place, ray),
-                Entry::Other(Item::Quadric(place)) => self.primitives.quadric_candidate(*place, ray),
-                Entry::Other(Item::Curve(place)) => {
-                    self.primitives.curve_candidate(*place, ray, search.limit())
-                }
+            match entry {
                 Entry::Other(Item::MovingMesh(place)) => {
                     let mesh = &self.primitives.moving[*place as usize];
                     return mesh.search(ray, (&mut *search, &mut *counter));
@@ -72,10 +60,22 @@ impl List<'_> {
                 Entry::Other(Item::Instance(place) | Item::MovingInstance(place)) => {
                     return self.search_instance(*place, ray, (&mut *search, &mut *counter));
                 }
-                Entry::Other(Item::Triangle(_)) => None,
-            };
-            counter.primitives(|| 1);
-            candidate.is_some_and(|candidate| candidate.t <= search.limit() && search.offer(candidate))
+                _ => counter.primitives(|| 1),
+            }
+            // A ray meets a triangle once, and other primitives perhaps again further on.
+            if let Entry::Triangle { vertices, id } = entry {
+                let hit = triangle::intersect_sheared(ray.ray(), ray.shear(), *vertices);
+                return hit.is_some_and(|hit| {
+                    let candidate = Candidate { t: hit.t, id: *id, weights: [hit.b1, hit.b2] };
+                    hit.t <= search.limit() && search.offer(candidate)
+                });
+            }
+            offer_crossings(search, ray, |ray, limit| match entry {
+                Entry::Other(Item::Patch(place)) => self.primitives.patch_candidate(*place, ray),
+                Entry::Other(Item::Quadric(place)) => self.primitives.quadric_candidate(*place, ray),
+                Entry::Other(Item::Curve(place)) => self.primitives.curve_candidate(*place, ray, limit),
+                _ => None,
+            })
         })
     }
 

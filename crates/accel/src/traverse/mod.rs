@@ -16,7 +16,7 @@ use crate::geometry::triangle::Shear;
 use crate::kernel::{BlockRay, NodeRay};
 pub(crate) use list::{List, ListTree};
 pub(crate) use packet::traverse_packets;
-pub(crate) use search::{Any, Candidate, Found, Nearest, Search};
+pub(crate) use search::{Any, Candidate, Found, Nearest, Search, offer_crossings};
 pub(crate) use stack::{Stack, StackSize};
 pub(crate) use stream::{Query, traverse_stream};
 pub(crate) use wide::{Scene, offer_block, traverse};

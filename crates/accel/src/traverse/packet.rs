@@ -118,8 +118,8 @@ impl<Q: Query> Query for Part<'_, Q> {
     type Search = Q::Search;
 
     #[inline(always)]
-    fn start(&self, limit: f32) -> Q::Search {
-        self.query.start(limit)
+    fn start(&self, place: usize, limit: f32) -> Q::Search {
+        self.query.start(self.first + place, limit)
     }
 
     #[inline(always)]
@@ -157,7 +157,7 @@ impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
         }
         for place in places(strays).take_while(|&place| place < rays.len()) {
             let ray = &rays[place];
-            let mut search = query.start(limit_of(ray));
+            let mut search = query.start(place, limit_of(ray));
             let (searched, counter) = (&mut search, &mut NoCount);
             let ended = Walk::<_, _, N> { scene, root, ray, search: searched, counter }.run(isa);
             query.finish(place, &search, ended);

@@ -1,5 +1,6 @@
 //! What a query looks for.
 
+use super::PreparedRay;
 use crate::kernel::NearestHit;
 
 /// A hit on its way to becoming the result.
@@ -23,8 +24,13 @@ pub(crate) struct Found {
 pub(crate) trait Search {
     /// Whether hits draw the limit nearer.
     const NARROWS: bool;
+    /// Whether it may reject candidates that it wants: the same primitive may then be hit further on.
+    const REJECTS: bool = false;
+
     /// The largest parameter that still counts.
     fn limit(&self) -> f32;
+    /// Whether a candidate at or before the limit would be taken.
+    fn wants(&self, candidate: &Candidate) -> bool;
     /// Takes a candidate at or before the limit; returns whether the search is over.
     fn offer(&mut self, candidate: Candidate) -> bool;
     /// Says in which instance the next candidates lie.
@@ -75,12 +81,16 @@ impl Search for Nearest {
     }
 
     #[inline(always)]
-    fn offer(&mut self, candidate: Candidate) -> bool {
+    fn wants(&self, candidate: &Candidate) -> bool {
         let before = &self.found;
-        let comes_first = candidate.t < before.candidate.t
+        candidate.t < before.candidate.t
             || (candidate.t == before.candidate.t
-                && (self.instance, candidate.id) < (before.instance, before.candidate.id));
-        if comes_first {
+                && (self.instance, candidate.id) < (before.instance, before.candidate.id))
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, candidate: Candidate) -> bool {
+        if self.wants(&candidate) {
             self.found = Found { candidate, instance: self.instance };
             self.limit = candidate.t;
         }
@@ -107,10 +117,44 @@ impl Search for Any {
     }
 
     #[inline(always)]
+    fn wants(&self, _candidate: &Candidate) -> bool {
+        true
+    }
+
+    #[inline(always)]
     fn offer(&mut self, _candidate: Candidate) -> bool {
         true
     }
 
     #[inline(always)]
     fn enter_instance(&mut self, _instance: u32) {}
+}
+
+/// Offers the crossings of a ray and a primitive, the nearest of which, up to a limit, `nearest` gives: only this one, unless the search may reject it.
+#[inline(always)]
+pub(crate) fn offer_crossings<S: Search>(
+    search: &mut S,
+    ray: &PreparedRay,
+    nearest: impl Fn(&PreparedRay, f32) -> Option<Candidate>,
+) -> bool {
+    if S::REJECTS {
+        return offer_all_crossings(search, *ray, nearest);
+    }
+    let limit = search.limit();
+    nearest(ray, limit).is_some_and(|candidate| candidate.t <= limit && search.offer(candidate))
+}
+
+/// Offers the crossings one after the other: the parameter ascends, and there are few.
+fn offer_all_crossings<S: Search>(
+    search: &mut S,
+    mut ray: PreparedRay,
+    nearest: impl Fn(&PreparedRay, f32) -> Option<Candidate>,
+) -> bool {
+    while let Some(candidate) = nearest(&ray, search.limit()).filter(|hit| hit.t <= search.limit()) {
+        if search.offer(candidate) {
+            return true;
+        }
+        ray.block_ray.ray.t_min = candidate.t;
+    }
+    false
 }

@@ -19,8 +19,8 @@ const SLOTS: usize = 32;
 /// What a query is asked of each ray of a slice.
 pub(crate) trait Query {
     type Search: Search;
-    /// Starts the search of a ray up to the largest parameter that counts.
-    fn start(&self, limit: f32) -> Self::Search;
+    /// Starts the search of the ray at a place of the slice up to the largest parameter that counts.
+    fn start(&self, place: usize, limit: f32) -> Self::Search;
     /// Takes the result for the ray at a place of the slice. Rays that can hit nothing have none.
     fn finish(&mut self, place: usize, search: &Self::Search, ended: bool);
 }
@@ -128,7 +128,7 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
         let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
         for (place, slot) in slots.iter_mut().enumerate() {
             if let Some((ray, prepared)) = next_usable(&mut pending) {
-                let search = query.start(prepared.limit());
+                let search = query.start(ray, prepared.limit());
                 *slot = Some(Slot::new(ray, prepared, search, root));
                 waiting.join(root, place);
             }
@@ -158,7 +158,7 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
                 query.finish(slot.place, &slot.search, slot.ended);
                 if let Some((ray, prepared)) = next_usable(&mut pending) {
                     isa.prefetch(rays.as_ptr().wrapping_add(ray + SLOTS).cast());
-                    slot.restart(ray, prepared, query.start(prepared.limit()), root);
+                    slot.restart(ray, prepared, query.start(ray, prepared.limit()), root);
                     waiting.join(root, place);
                 }
             }

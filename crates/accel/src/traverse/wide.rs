@@ -3,7 +3,7 @@
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
-use super::{Candidate, Counter, PreparedRay, Search};
+use super::{Candidate, Counter, PreparedRay, Search, offer_crossings};
 use crate::instance::PlacedGroup;
 use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task, TriangleBlock};
 use crate::layout::{Child, Stage, WideTree, WideTrees};
@@ -127,7 +127,8 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
     ray: &PreparedRay,
     (search, counter): (&mut S, &mut C),
 ) -> bool {
-    let candidate = match Child::decode(child) {
+    let child = Child::decode(child);
+    match child {
         Some(Child::Instance(place)) => {
             let placed = &scene.placed[place as usize];
             let local = placed.local_ray(ray.ray());
@@ -142,13 +143,15 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
             let Some(tree) = &scene.primitives.moving[place as usize].tree else { return false };
             return isa.enter(MovingWalk::<S, C, N> { tree, ray, search, counter });
         }
+        _ => {}
+    }
+    counter.primitives(|| 1);
+    offer_crossings(search, ray, |ray, limit| match child {
         Some(Child::Patch(place)) => scene.primitives.patch_candidate(place, ray),
         Some(Child::Quadric(place)) => scene.primitives.quadric_candidate(place, ray),
-        Some(Child::Curve(place)) => scene.primitives.curve_candidate(place, ray, search.limit()),
+        Some(Child::Curve(place)) => scene.primitives.curve_candidate(place, ray, limit),
         _ => None,
-    };
-    counter.primitives(|| 1);
-    candidate.is_some_and(|candidate| candidate.t <= search.limit() && search.offer(candidate))
+    })
 }
 
 fn visit_instance<I: Isa, S: Search, C: Counter, const N: usize>(

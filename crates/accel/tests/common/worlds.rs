@@ -105,7 +105,13 @@ pub(crate) fn zoo(random: &mut Random) -> World {
     }
     geometries.push(Geometry::Patches(PatchMesh { indices: indices.into(), positions: positions.into() }));
     let all: Vec<u32> = (0..geometries.len() as u32).collect();
-    World { groups: vec![all[..10].to_vec(), all[10..].to_vec()], world: all, geometries, instances }
+    World {
+        groups: vec![all[..10].to_vec(), all[10..].to_vec()],
+        world: all,
+        geometries,
+        instances,
+        ..World::default()
+    }
 }
 
 /// Rays from the cube of half edge `half`: some along an axis, some in a plane of two, some with an interval.
