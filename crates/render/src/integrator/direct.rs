@@ -44,7 +44,7 @@ impl Scattering<'_> {
             return Spectrum::ZERO;
         }
         let (f, bsdf_pdf) = self.eval(sample.wi);
-        if f.is_zero() || tracer.is_in_shadow(self.at, &sample) {
+        if f.is_zero() || tracer.is_in_shadow(self.at, &sample, light) {
             return Spectrum::ZERO;
         }
         f * sample.radiance * (weigh(&sample, bsdf_pdf) / sample.pdf)

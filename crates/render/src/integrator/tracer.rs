@@ -1,11 +1,13 @@
 //! What one thread needs to compute samples.
 
+use std::ptr;
+
 use sahl_accel::Hit;
 use sahl_math::{Ray, Vec3};
 
 use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::interaction::Interaction;
-use crate::light::LightSample;
+use crate::light::{Light, LightSample};
 use crate::sampler::Sampler;
 use crate::scene::SceneData;
 use crate::spectrum::{Spectrum, Wavelengths};
@@ -59,14 +61,30 @@ impl<'a> Tracer<'a> {
         self.scene.is_occluded(ray)
     }
 
-    /// Whether anything lies between a surface and the light that `sample` found from it.
+    /// Whether anything lies between a surface and what `sample` found of `light` from it.
     #[inline]
-    pub(crate) fn is_in_shadow(&mut self, at: &Interaction, sample: &LightSample) -> bool {
+    pub(crate) fn is_in_shadow(&mut self, at: &Interaction, sample: &LightSample, light: &Light) -> bool {
         let ray = match sample.end {
             Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end).with_time(at.time),
             None => at.spawn(sample.wi),
         };
-        self.is_occluded(&ray)
+        self.is_occluded(&ray) && !self.ends_at(&ray, light)
+    }
+
+    /// Whether what blocks a ray to a point of `light` is nothing but the light.
+    #[inline(never)]
+    fn ends_at(&mut self, ray: &Ray, light: &Light) -> bool {
+        light.may_block_itself(ray.direction.length())
+            && self.hit(ray).is_some_and(|hit| self.is_target(ray, &hit, light))
+    }
+
+    /// Whether `hit`, the first along a ray to a point of `light`, is that point.
+    ///
+    /// Segments end before their target, but the test of a flat shape that is much longer than wide, or than the segment, may
+    /// err by more than that. Nothing of such a shape lies in front of its points, so that it can only be the target.
+    pub(crate) fn is_target(&self, ray: &Ray, hit: &Hit, light: &Light) -> bool {
+        light.may_block_itself(ray.direction.length())
+            && self.scene.light(&self.scene.interaction(ray, hit)).is_some_and(|found| ptr::eq(found, light))
     }
 
     /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there. `room` is where

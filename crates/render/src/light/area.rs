@@ -164,6 +164,11 @@ impl AreaLight {
         if self.presence == Presence::Varying { 0.0 } else { self.emitter.pdf(from, &point) }
     }
 
+    /// See [`Light::may_block_itself`](super::Light::may_block_itself).
+    pub(super) fn may_block_itself(&self, distance: f32) -> bool {
+        self.emitter.may_block_itself(distance)
+    }
+
     pub(super) fn power(&self, wavelengths: &Wavelengths) -> Spectrum {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         self.radiance.at(wavelengths) * (PI * self.emitter.area() * sides * self.presence.sampled())

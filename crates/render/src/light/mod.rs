@@ -156,6 +156,13 @@ impl Light {
         }
     }
 
+    /// Whether the light may be found in the way to one of its own points from that far away: it is flat, and rounding is
+    /// all that puts it there.
+    #[inline]
+    pub(crate) fn may_block_itself(&self, distance: f32) -> bool {
+        matches!(self, Self::Area(light) if light.may_block_itself(distance))
+    }
+
     /// Flux in watts, by lane, into a scene within a sphere of radius `scene_radius`.
     pub(crate) fn power(&self, scene_radius: f32, wavelengths: &Wavelengths) -> Spectrum {
         use std::f32::consts::PI;

@@ -57,6 +57,26 @@ impl Emitter {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
+    /// Whether the shape is flat, and so large or so slender that a segment of length `distance` to one of its points may be found
+    /// to end behind it.
+    ///
+    /// A triangle is met at the mean of its vertices' depths, weighted by edge functions. Each of these is a product of
+    /// coordinates up to R = `distance` + s, where s is the extent of the shape, with differences up to s; it has an
+    /// error of some units of ε R s, the depths differ by at most s, and the weights add up to twice the area of the triangle. The error of the
+    /// distance to the plane is then some units of ε R s² / 2A, for which [`Ray::spawn_to`](sahl_math::Ray::spawn_to) leaves 16 of
+    /// ε `distance`.
+    pub(crate) fn may_block_itself(&self, distance: f32) -> bool {
+        const UNITS: f32 = 4.0;
+        let twice_area = match self {
+            Self::Triangle(triangle) => 2.0 * triangle.area(),
+            // It is two triangles to the rays.
+            Self::Patch(patch) if patch.is_flat() => patch.area(),
+            Self::Patch(_) | Self::Sphere(_) | Self::Quadric(_) => return false,
+        };
+        let extent = self.bounds().diagonal();
+        UNITS * (distance + extent.length()) * extent.length_squared() > 16.0 * twice_area * distance
+    }
+
     /// Surface area, in m².
     pub(crate) fn area(&self) -> f32 {
         match self {

@@ -53,6 +53,13 @@ impl PatchEmitter {
         self.area
     }
 
+    /// Whether the corners lie in a plane, but for their rounding.
+    pub(super) fn is_flat(&self) -> bool {
+        let [p00, p10, p01, p11] = self.corners;
+        let n = (p11 - p00).cross(p01 - p10);
+        self.rectangle.is_some() || n.dot(p10 - p00).abs() <= n.abs().dot(self.reach) * gamma(8)
+    }
+
     pub(super) fn bounds(&self) -> Bounds3 {
         Bounds3::from_points(self.corners)
     }

@@ -7,8 +7,8 @@ use crate::common::*;
 use sahl_image::Image;
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Filter, Geometry, Integrator, Light, LightSampler, Origin, PathTracer, Radiance, SceneDesc, Spectrum,
-    TriangleMesh,
+    Coefficients, Filter, Geometry, Integrator, Light, LightSampler, Material, Medium, MediumInterface,
+    Origin, PathTracer, Radiance, SceneDesc, Spectrum, TriangleMesh,
 };
 
 const WHITTED: Integrator = Integrator::Whitted { max_depth: 3 };
@@ -203,6 +203,42 @@ fn area_lights_give_their_irradiance() {
         with_each(&scene, &[path(1), WHITTED], |scene, what| {
             expect_mean(scene, expected, 0.02, &format!("{name}, {what}"));
         });
+    }
+}
+
+/// Puts a ball of thin fog where nothing sees it.
+fn fog_far_away(scene: &mut SceneDesc) {
+    let thin = Coefficients { sigma_a: grey(1e-3), sigma_s: grey(0.0), scale: 1.0, g: 0.0 };
+    let medium = Medium::Homogeneous { coefficients: thin, emission: None };
+    let inside = Some(scene.media.push(medium, Origin::default()));
+    let border = scene.materials.push(Material::Interface, Origin::default());
+    let ball = add_placed(scene, sphere(0.1), border, Transform::translate(0.0, 0.0, -9.0).unwrap());
+    scene.shapes[ball].media = Some(MediumInterface { inside, outside: None });
+}
+
+#[test]
+fn a_long_strip_of_light_is_not_in_its_own_shadow() {
+    // Edge functions of a shape as slender as this have errors that move its plane by more than segments to it leave free.
+    let (low, high) = (1.85_f32, 2.15_f32);
+    let strip = [[40.0, low, 2.0], [-40.0, low, 2.0], [40.0, high, 2.0], [-40.0, high, 2.0]];
+    let beside = |y: f32| 0.5 * rectangle_irradiance(40.0, f64::from(y), 2.0);
+    let expected = 0.5 / std::f64::consts::PI * (beside(high) - beside(low));
+    type Make = fn(&mut SceneDesc, [[f32; 3]; 4]) -> Geometry;
+    for (make, samples) in [(patch as Make, 256), (quad, 8192)] {
+        for fog in [false, true] {
+            let mut scene = floor(4, samples, 1e-4);
+            let geometry = make(&mut scene, strip);
+            let black = diffuse(&mut scene, 0.0);
+            let shape = add(&mut scene, geometry, black);
+            emit(&mut scene, shape, 1.0);
+            if fog {
+                fog_far_away(&mut scene);
+            }
+            for integrator in if fog { vec![path(1)] } else { vec![path(1), WHITTED] } {
+                scene.integrator = integrator;
+                expect_mean(&scene, expected, 0.02, &format!("{integrator:?}, {samples}, fog: {fog}"));
+            }
+        }
     }
 }
 

@@ -67,11 +67,12 @@ fn error(reference: &[f32], render: impl Fn(u32) -> Vec<f32>) -> f64 {
 }
 
 #[test]
-fn of_a_thousand_lights_a_tree_chooses_better_than_chance() {
+fn a_thousand_lights_are_nearly_as_quiet_as_one() {
     let reference = image(1, 4096, 99, LightSampler::Tree);
     let one = error(&reference, |seed| image(1, 64, seed, LightSampler::Tree));
     let tree = error(&reference, |seed| image(1000, 64, seed, LightSampler::Tree));
     let uniform = error(&reference, |seed| image(1000, 64, seed, LightSampler::Uniform));
     println!("relative squared error: one light {one:.3e}, tree {tree:.3e}, uniform {uniform:.3e}");
-    assert!(one < tree && tree * 4.0 < uniform, "{one:.3e}, {tree:.3e}, {uniform:.3e}");
+    assert!(tree < 1.5 * one, "{tree:.3e} against {one:.3e}");
+    assert!(tree * 10.0 < uniform, "{tree:.3e} against {uniform:.3e}");
 }

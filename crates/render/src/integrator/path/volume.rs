@@ -19,7 +19,7 @@ use super::{Arrival, Path, Walk};
 use crate::integrator::Tracer;
 use crate::integrator::direct::Scattering;
 use crate::interaction::Interaction;
-use crate::light::{LightSample, Vantage};
+use crate::light::{Light, LightSample, Vantage};
 use crate::medium::{Collision, HenyeyGreenstein, Medium, Next, Way};
 use crate::sampler::Stream;
 use crate::scene::SceneData;
@@ -265,7 +265,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         if f.is_zero() {
             return Spectrum::ZERO;
         }
-        let Some(Passage { transmittance, ratios }) = volume.passage(tracer, vertex, &sample) else {
+        let Some(Passage { transmittance, ratios }) = volume.passage(tracer, vertex, (light, &sample)) else {
             return Spectrum::ZERO;
         };
         let mut density = ratios.light * (choice.pmf * sample.pdf);
@@ -277,12 +277,12 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
 }
 
 impl Volume {
-    /// The transmittance from `vertex` to a light, one estimate; `None` if a surface is in the way.
+    /// The transmittance from `vertex` to a sample of a light, one estimate; `None` if a surface is in the way.
     fn passage(
         &mut self,
         tracer: &mut Tracer<'_>,
         vertex: &Vertex<'_>,
-        sample: &LightSample,
+        (light, sample): (&Light, &LightSample),
     ) -> Option<Passage> {
         let scene = tracer.scene;
         let mut medium = match vertex {
@@ -295,7 +295,7 @@ impl Volume {
         let forward = ray.direction;
         let mut passage = Passage { transmittance: Spectrum::ONE, ratios: Rescaled::ONE };
         loop {
-            let hit = tracer.hit(&ray);
+            let hit = tracer.hit(&ray).filter(|hit| !tracer.is_target(&ray, hit, light));
             if hit.is_some_and(|hit| !scene.is_border(&hit)) {
                 return None;
             }
