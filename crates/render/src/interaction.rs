@@ -34,6 +34,8 @@ pub(crate) struct Interaction {
     pub(crate) material: u32,
     /// Index of the light that the surface is, or [`Interaction::NO_LIGHT`].
     pub(crate) light: u32,
+    /// Whether light follows the shading normal even where it leads through the surface.
+    pub(crate) is_leaky: bool,
 }
 
 impl Interaction {
@@ -56,12 +58,12 @@ impl Interaction {
     ///
     /// A shading normal can put a direction on the side of the surface where it is not. Light that is reflected into
     /// the surface or refracted out of it is left out: it would leak through walls. Source: Veach, *Robust Monte Carlo
-    /// Methods for Light Transport Simulation*, 1997, section 5.3.
+    /// Methods for Light Transport Simulation*, 1997, section 5.3. A leaky surface passes for one that agrees.
     #[inline]
     pub(crate) fn sides_agree(&self, wo: Vec3, wi: Vec3) -> bool {
         let by_geometry = wo.dot(self.ng) * wi.dot(self.ng);
         let by_shading = wo.dot(self.shading.z) * wi.dot(self.shading.z);
-        by_geometry * by_shading > 0.0
+        self.is_leaky || by_geometry * by_shading > 0.0
     }
 
     /// A point at the origin with the given frame, for tests.
@@ -78,6 +80,7 @@ impl Interaction {
             place: Place { geometry: 0, primitive: 0, instance: Hit::NO_INSTANCE },
             material: 0,
             light: Self::NO_LIGHT,
+            is_leaky: false,
         }
     }
 }

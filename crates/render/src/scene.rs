@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use sahl_accel::{Accel, Hit};
 use sahl_math::{Bounds3, Ray, Vec2, Vec3};
-use sahl_scene::ColorMode;
+use sahl_scene::{ColorMode, Quirks};
 
 use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::camera::Camera;
@@ -92,6 +92,7 @@ pub(crate) struct SceneData {
     pub(crate) integrator: Box<dyn TileRenderer>,
     /// What the lanes of paths mean.
     pub(crate) color: ColorMode,
+    pub(crate) quirks: Quirks,
     pub(crate) stats: SceneStats,
 }
 
@@ -140,6 +141,7 @@ impl SceneData {
     pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let attributes = &self.attributes[hit.geometry as usize];
         let mut at = attributes.interaction(&self.accel, ray, hit);
+        at.is_leaky = self.quirks.leaky_normals;
         if attributes.is_composed {
             self.decompose(&mut at, ray, hit);
         }

@@ -11,7 +11,7 @@ use sahl_render::bsdf::{
     OpenPbr, OpenPbrParameters, ThinDielectric,
 };
 use sahl_render::spectrum::Spectrum;
-use sahl_render::warp::uniform_sphere;
+use sahl_render::warp::{cosine_hemisphere, uniform_sphere};
 use sahl_testkit::chi2::{DiscreteTest, SphereTest};
 use sahl_testkit::furnace::{Furnace, Reciprocity, albedo_by_sampling};
 use sahl_testkit::quadrature::integrate_sphere;
@@ -180,6 +180,7 @@ fn clear_coat(alpha: f32) -> Coat {
         albedo: Spectrum::ZERO,
         max_depth: 1000,
         samples: 1,
+        is_bright: false,
     }
 }
 
@@ -491,6 +492,36 @@ fn a_smooth_coat_over_paper_is_what_the_formula_says() {
         let error = (value[0].mean() - expected) / value[0].variance_of_mean().sqrt().max(1e-7);
         assert!(error.abs() < 4.5, "{wo:?}: {} instead of {expected}", value[0].mean());
     }
+}
+
+/// The mean of what a coat with microfacets of roughness `alpha` over grey paper reflects from anywhere, and its error.
+fn mean_of_coat(alpha: f32, is_bright: bool) -> (f64, f64) {
+    let mut rng = Rng::new(0xb127);
+    let (mut sum, mut squares, n) = (0.0, 0.0, 100_000);
+    for _ in 0..n {
+        let mut upward = || cosine_hemisphere(Vec2::new(rng.next_f32(), rng.next_f32()));
+        let (wo, wi) = (upward(), upward());
+        let coat = Coat { is_bright, ..clear_coat(alpha) };
+        let coated = Coated::new(coat, Diffuse::new(Spectrum::splat(0.5)), rng.next_u64());
+        // Without what the interface itself reflects, which is noise here.
+        let below = Bsdf::from(&coated).eval(wo, wi) - Bsdf::from(coat.surface).eval(wo, wi);
+        let value = f64::from(below.max_component() / wi.z);
+        (sum, squares) = (sum + value, squares + value * value);
+    }
+    let mean = sum / f64::from(n);
+    (mean, ((squares / f64::from(n) - mean * mean) / f64::from(n)).sqrt())
+}
+
+/// Weights of pbrt-v4 add up to more than one where both the interface and the base are rough.
+#[test]
+fn bright_coats_are_brighter_if_they_are_rough() {
+    let gain = |alpha| {
+        let ((plain, error), (bright, other)) = (mean_of_coat(alpha, false), mean_of_coat(alpha, true));
+        (bright / plain, (error.hypot(other)) / plain)
+    };
+    assert_eq!(gain(0.0).0, 1.0);
+    let (gain, error) = gain(0.3);
+    assert!(gain - 4.0 * error > 1.02 && gain < 1.12, "{gain} ± {error}");
 }
 
 #[test]

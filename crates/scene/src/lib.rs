@@ -16,6 +16,7 @@ mod light;
 mod material;
 mod medium;
 mod open_pbr;
+mod quirks;
 mod shape;
 mod source;
 mod spectrum;
@@ -41,6 +42,7 @@ pub use medium::{
     Region, RgbGridMedium, SparseGrid, SparseMedium, TemperatureScale,
 };
 pub use open_pbr::OpenPbr;
+pub use quirks::Quirks;
 pub use shape::{CurveKind, Curves, Geometry, Mesh, PatchMesh, Shape, TriangleMesh};
 pub use source::{FileId, Location, SourceFile, Sources, Span};
 pub use spectrum::{ColorMode, Spectrum};
@@ -65,6 +67,9 @@ pub struct SceneDesc {
     /// How colour is carried.
     #[serde(default)]
     pub color: ColorMode,
+    /// What is computed as the renderer does that the scene was made for.
+    #[serde(default)]
+    pub quirks: Quirks,
     /// Decoded image files, shared with whoever decoded them.
     pub images: Arena<Arc<Image>>,
     /// Functions over surfaces.

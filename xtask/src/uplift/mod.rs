@@ -7,10 +7,13 @@
 //! Source: Jakob, Hanika, *A Low-Dimensional Function Space for Efficient Spectral Upsampling*, CGF 38(2), 2019. Where this
 //! deviates is said in `solve` and here: the scaling by √z and the denser axes let 32³ cells do with half precision.
 //!
+//! Colours that are seen without noise have finer tables of their own (`plane`).
+//!
 //! Deliberately absent: reading the tables, which `sahl_render::spectrum` does.
 
 mod half;
 mod observer;
+mod plane;
 mod solve;
 
 use std::fs;
@@ -22,6 +25,7 @@ use sahl_image::ColorSpace;
 
 use crate::Result;
 use observer::Observer;
+use plane::Plane;
 use solve::Coefficients;
 
 /// Cells along each axis; the renderer knows the same number.
@@ -29,18 +33,23 @@ const RESOLUTION: usize = 32;
 /// What stands for the darkest cell: the limit of the coefficients is reached there to half precision.
 const DARKEST: f64 = 1e-5;
 
-/// Writes `uplift-SPACE.bin` for every colour space into `data`, from the tables of the observer and of the illuminants there.
+/// Writes `uplift-SPACE.bin` and `uplift-light-SPACE.bin` for every colour space into `data`, from the tables of the observer and of the illuminants there.
 pub(crate) fn run(data: &Path) -> Result<()> {
     let read = |name: &str| {
         fs::read_to_string(data.join(name)).map_err(|error| format!("can't read `{name}`: {error}"))
     };
+    let write = |name: &str, bytes: Vec<u8>| {
+        fs::write(data.join(name), bytes).map_err(|error| format!("can't write `{name}`: {error}"))
+    };
     let (functions, illuminants) = (read("cie-1931-2deg.csv")?, read("cie-illuminants.csv")?);
+    let d60 = read("illuminant-d60.csv")?;
     for space in ColorSpace::ALL {
         let white = if space == ColorSpace::Aces2065_1 { "acesD60" } else { "D65" };
         let observer = Observer::new(&functions, &illuminants, white)?;
         let name = format!("uplift-{}.bin", space.name());
-        fs::write(data.join(&name), table(&observer, space))
-            .map_err(|error| format!("can't write `{name}`: {error}"))?;
+        write(&name, table(&observer, space))?;
+        let plane = Plane::new([&functions, &illuminants, &d60], space)?;
+        write(&format!("uplift-light-{}.bin", space.name()), plane.table())?;
     }
     Ok(())
 }

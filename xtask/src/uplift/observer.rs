@@ -33,6 +33,36 @@ impl Observer {
     }
 }
 
+impl Observer {
+    /// The observer as Jakob and Hanika's program has it: of every fifth nanometre of `functions`, linear between, by Simpson's
+    /// 3/8 rule. `total` is what the program divides the illuminant by, ∫ ȳ P dλ to some digits.
+    pub(super) fn coarse(functions: &str, illuminants: &str, illuminant: &str, total: f64) -> Result<Self> {
+        const PARTS: usize = 3 * 94;
+        let every_fifth =
+            |name| -> Result<Vec<_>> { Ok(column(functions, name)?.into_iter().step_by(5).collect()) };
+        let (power, [x, y, z]) =
+            (column(illuminants, illuminant)?, [every_fifth("x")?, every_fifth("y")?, every_fifth("z")?]);
+        let mut samples = Vec::with_capacity(PARTS + 1);
+        let mut white = [0.0; 3];
+        for i in 0..=PARTS {
+            let place = i as f64 / PARTS as f64;
+            let nm = 360.0 + 470.0 * place;
+            let rule = match i {
+                0 | PARTS => 1.0,
+                _ if i.is_multiple_of(3) => 2.0,
+                _ => 3.0,
+            };
+            let weight = 0.375 * rule * (470.0 / PARTS as f64) * interpolate(&power, nm) / total;
+            let weights = [&x, &y, &z].map(|function| weight * interpolate(function, nm));
+            samples.push((2.0 * place - 1.0, weights));
+            for (white, weight) in white.iter_mut().zip(weights) {
+                *white += weight;
+            }
+        }
+        Ok(Self { samples, white })
+    }
+}
+
 /// The pairs of wavelength and value in the column called `name` of a table with commas.
 fn column(table: &str, name: &str) -> Result<Vec<(f64, f64)>> {
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use sahl_math::Transform;
-use sahl_scene::{ColorMode, Diagnostic, Diagnostics, SceneDesc, Sources, Span};
+use sahl_scene::{ColorMode, Diagnostic, Diagnostics, Quirks, SceneDesc, Sources, Span};
 
 use super::context::{Context, Files};
 use super::inclusion::Inclusion;
@@ -48,7 +48,7 @@ impl<'a> Interpreter<'a> {
         let cx = Context {
             report: Rc::new(Report::default()),
             // pbrt-v4 renders spectra, and its scenes mean them.
-            scene: SceneDesc { color: ColorMode::Spectral, ..SceneDesc::default() },
+            scene: SceneDesc { color: ColorMode::Spectral, quirks: Quirks::PBRT_V4, ..SceneDesc::default() },
             files: Files::beside(name, assets),
             float_textures: BTreeMap::new(),
             spectrum_textures: BTreeMap::new(),

@@ -135,7 +135,8 @@ fn coated_surfaces_survive_extreme_numbers() {
             for g in [0.0, 1.0, -1.0, f32::NAN] {
                 let surface = Dielectric::new(1.5, [alpha; 2]);
                 let albedo = Spectrum::splat(thickness);
-                let coat = Coat { surface, thickness, g, albedo, max_depth: 20, samples: 2 };
+                let coat =
+                    Coat { surface, thickness, g, albedo, max_depth: 20, samples: 2, is_bright: alpha > 1.0 };
                 let paper = Coated::new(coat, Diffuse::new(Spectrum::ONE), 3);
                 let metal = Conductor::new(Spectrum::splat(0.05), Spectrum::splat(3.5), [alpha; 2]);
                 let metal = Coated::new(coat, metal, 3);

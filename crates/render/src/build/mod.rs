@@ -81,6 +81,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     let environments = (0..lights.len() as u32).filter(|&i| lights[i as usize].is_environment()).collect();
     let data = SceneData {
         color: color_mode(description),
+        quirks: description.quirks,
         integrator: integrator::new(&description.integrator, &lights, radius, has_media),
         accel,
         has_alpha: geometry.attributes.iter().any(|attributes| attributes.alpha.is_some()),

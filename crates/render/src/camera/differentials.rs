@@ -1,4 +1,4 @@
-//! How far a pixel reaches on a surface, estimated without differentials carried along paths.
+//! How far a pixel reaches on a surface that no perspective shows directly, estimated without differentials carried along paths.
 //!
 //! The smallest change of position and direction from a pixel to the next, over the film's diagonal, stands for all pixels: textures
 //! are then never blurred more than the finest pixel allows.

@@ -125,11 +125,17 @@ impl Camera {
     /// What a pixel covers of the plane through `p` with normal `n`, if the pixels that see it are as fine as the finest of
     /// the image; without the change of surface coordinates. In the world.
     ///
-    /// Points that the camera sees by a mirror are treated as if it saw them directly. Source: Pharr, Jakob, Humphreys,
+    /// Points that the camera sees by a mirror are treated as if it saw them directly. In the picture of a perspective that is
+    /// exact; elsewhere the smallest pixel stands for all. Source: Pharr, Jakob, Humphreys,
     /// *Physically Based Rendering*, 4th ed., 2023, section 10.1.2.
     pub(crate) fn footprint(&self, p: Vec3, n: Vec3) -> Footprint {
         let to_camera = &self.world_to_camera;
-        let [dx, dy] = self.differentials.at(to_camera.point(p), to_camera.normal(n));
+        let (p, n) = (to_camera.point(p), to_camera.normal(n));
+        let exact = match &self.kind {
+            Kind::Projective(projective) => projective.footprint(p, n),
+            Kind::Spherical(_) | Kind::Realistic(_) => None,
+        };
+        let [dx, dy] = exact.unwrap_or_else(|| self.differentials.at(p, n));
         let to_world = |v| self.camera_to_world.vector(v);
         Footprint { dp_dx: to_world(dx), dp_dy: to_world(dy), ..Footprint::default() }
     }

@@ -20,6 +20,8 @@ pub(super) struct Projective {
     /// distance one for a perspective camera, at distance zero for an orthographic one.
     corner: Vec2,
     per_pixel: Vec2,
+    /// Width and height of the image.
+    size: Vec2,
     lens_radius: f32,
     focal_distance: f32,
 }
@@ -42,6 +44,7 @@ impl Projective {
             is_perspective: fov.is_some(),
             corner: Vec2::new(x_min, y_max) * scale,
             per_pixel: Vec2::new((x_max - x_min) / width, (y_min - y_max) / height) * scale,
+            size: Vec2::new(width, height),
             lens_radius: camera.lens_radius,
             focal_distance: camera.focal_distance,
         }
@@ -64,6 +67,25 @@ impl Projective {
             direction = focus - origin;
         }
         CameraRay::new(origin, direction, 1.0)
+    }
+
+    /// How a point of the plane through `p` with normal `n` moves from pixel to pixel, through the middle of the lens; `None` if a
+    /// perspective does not see it. In camera space.
+    ///
+    /// A pixel changes the direction d = p / z by e, and the ray along d + e meets the plane at z (n·p) / (n·p + z n·e).
+    pub(super) fn footprint(&self, p: Vec3, n: Vec3) -> Option<[Vec3; 2]> {
+        let projected = Vec2::new(p.x, p.y) / p.z - self.corner;
+        let film = Vec2::new(projected.x / self.per_pixel.x, projected.y / self.per_pixel.y);
+        let is_seen = (0.0..=self.size.x).contains(&film.x) && (0.0..=self.size.y).contains(&film.y);
+        if !self.is_perspective || p.z <= 0.0 || !is_seen {
+            return None;
+        }
+        let height = n.dot(p);
+        let moved = [Vec3::new(self.per_pixel.x, 0.0, 0.0), Vec3::new(0.0, self.per_pixel.y, 0.0)].map(|e| {
+            let moved = (e * height - p * n.dot(e)) * (p.z / (height + p.z * n.dot(e)));
+            if moved.is_finite() { moved } else { Vec3::ZERO }
+        });
+        Some(moved)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Materials below a coat.
 
-use sahl_scene::{Diagnostics, Span};
+use sahl_scene::{Diagnostics, SceneDesc, Span};
 
 use super::{ConductorReflectance, Query, Roughness};
 use crate::bsdf::room::Large;
@@ -20,6 +20,7 @@ pub struct CoatedSource {
     albedo: SpectrumSource,
     max_depth: u32,
     samples: u32,
+    is_bright: bool,
 }
 
 /// What is below a coat.
@@ -56,7 +57,7 @@ impl CoatedSource {
     pub(super) fn new(
         base: CoatedBase,
         coat: &sahl_scene::Coat,
-        textures: &Textures,
+        (scene, textures): (&SceneDesc, &Textures),
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Self {
@@ -69,6 +70,7 @@ impl CoatedSource {
             albedo: textures.spectrum_source(&coat.albedo, ColorRole::Albedo, span, diagnostics),
             max_depth: coat.max_depth,
             samples: coat.samples,
+            is_bright: scene.quirks.bright_coats,
         }
     }
 
@@ -82,6 +84,7 @@ impl CoatedSource {
             albedo: query.spectrum(&self.albedo),
             max_depth: self.max_depth,
             samples: self.samples,
+            is_bright: self.is_bright,
         };
         let place = place(query);
         room.keep(match &self.base {

@@ -185,7 +185,7 @@ impl Material {
             }
             Description::CoatedDiffuse { coat, .. } | Description::CoatedConductor { coat, .. } => {
                 let base = CoatedBase::new(material, textures, span, diagnostics);
-                Self::Coated(Box::new(CoatedSource::new(base, coat, textures, span, diagnostics)))
+                Self::Coated(Box::new(CoatedSource::new(base, coat, (scene, textures), span, diagnostics)))
             }
             Description::Hair(hair) => {
                 Self::Hair(Box::new(HairSource::new(hair, textures, span, diagnostics)))

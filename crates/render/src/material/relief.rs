@@ -2,7 +2,7 @@
 //!
 //! A shading normal may lean so far that the mirror image of the viewer lies below the surface: what is reflected there
 //! would be lost, and the surface dark. Such a normal is turned back, just as far as needed. Light that a normal would let
-//! through the surface is left out by the integrators.
+//! through the surface is left out by the integrators. Scenes that ask for leaky normals ([`sahl_scene::Quirks`]) get neither.
 
 use std::sync::Arc;
 
@@ -70,7 +70,8 @@ impl Relief {
             }
         };
         let n = n.face_forward(at.ng);
-        at.shading = Frame::from_z_and_tangent(turned_back(n, at.ng, wo), tangent);
+        let n = if at.is_leaky { n } else { turned_back(n, at.ng, wo) };
+        at.shading = Frame::from_z_and_tangent(n, tangent);
     }
 }
 
@@ -184,6 +185,28 @@ mod tests {
         let surface = Derivatives { dp_du: Vec3::X * 2.0, dp_dv: Vec3::Y * 3.0, ..Derivatives::default() };
         let frame = shaped(&Relief::Bump(FloatSource::Constant(5.0)), Vec3::Z, surface);
         assert!((frame.z - Vec3::Z).length() < 1e-6, "{frame:?}");
+    }
+
+    #[test]
+    fn leaky_surfaces_keep_their_normals() {
+        let image = Image::rgb_f32(1, 1, vec![0.8, 0.5, 0.9]).unwrap().with_encoding(Encoding::Linear);
+        let relief = Relief::Normals(Arc::new(image));
+        let wo = Vec3::new(-0.99, 0.0, 0.14).normalize();
+        let leaky = |is_leaky| {
+            let mut at = Interaction { is_leaky, ..interaction() };
+            let point = TexturePoint { uv: at.uv, p: at.p, ..TexturePoint::default() };
+            let (textures, wavelengths) = (Textures::default(), &mut Wavelengths::Rgb);
+            let query = Query { textures: &textures, at: &point, wavelengths, regularize: false };
+            relief.shape(&mut at, wo, &query, |_| Derivatives::default());
+            at
+        };
+        let (as_told, turned) = (leaky(true), leaky(false));
+        assert!((as_told.shading.z - Vec3::new(0.6, 0.0, 0.8)).length() < 1e-6);
+        assert!(turned.shading.z.x < 0.1, "{turned:?}");
+        // The mirror image lies below the surface.
+        let mirrored = as_told.shading.z * (2.0 * as_told.shading.z.dot(wo)) - wo;
+        let guarded = Interaction { is_leaky: false, ..as_told };
+        assert!(mirrored.z < 0.0 && as_told.sides_agree(wo, mirrored) && !guarded.sides_agree(wo, mirrored));
     }
 
     #[test]

@@ -101,6 +101,7 @@ impl Attributes {
             place: Place { geometry: hit.geometry, primitive: hit.primitive, instance: hit.instance },
             material: self.material,
             light: self.light(hit),
+            is_leaky: false,
         }
     }
 

@@ -241,7 +241,7 @@ mod tests {
                 (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
             })
         };
-        let files: [(&[u8], u64); 7] = [
+        let files: [(&[u8], u64); 12] = [
             (include_bytes!("../../../../data/color/cie-1931-2deg.csv"), 0x7b70_aded_5821_555c),
             (include_bytes!("../../../../data/color/cie-illuminants.csv"), 0x058e_0f4f_2c2c_a599),
             (include_bytes!("../../../../data/color/metals.csv"), 0xa2ab_7c45_a59e_817c),
@@ -249,6 +249,11 @@ mod tests {
             (include_bytes!("../../../../data/color/uplift-dci-p3.bin"), 0xb666_f1c1_66f5_c90c),
             (include_bytes!("../../../../data/color/uplift-rec2020.bin"), 0x6b31_21bc_7afa_5e4a),
             (include_bytes!("../../../../data/color/uplift-aces2065-1.bin"), 0x700d_7e17_efd9_7cc3),
+            (include_bytes!("../../../../data/color/uplift-light-srgb.bin"), 0x4182_016f_c9f2_3818),
+            (include_bytes!("../../../../data/color/uplift-light-dci-p3.bin"), 0xfe9d_4e45_3623_df93),
+            (include_bytes!("../../../../data/color/uplift-light-rec2020.bin"), 0xe045_ab57_ef23_d0aa),
+            (include_bytes!("../../../../data/color/uplift-light-aces2065-1.bin"), 0xcd7a_bcb6_52c2_619f),
+            (include_bytes!("../../../../data/color/illuminant-d60.csv"), 0x98f6_4fd9_47ad_23b4),
         ];
         for (place, (bytes, expected)) in files.into_iter().enumerate() {
             assert_eq!(checksum(bytes), expected, "file {place} of the list: {:#x}", checksum(bytes));

@@ -8,13 +8,16 @@
 //! in pbrt-v4. Deviation: the tables are smaller than theirs, because their coefficients are scaled and their axes are
 //! spaced (`xtask/src/uplift`); what the interpolation costs in colour is asserted below.
 //!
+//! Colours of light and of other quantities without a limit are multiples of one whose largest component is a half: these have
+//! finer tables, because skies are seen without noise. What is given once, and seen often, is met exactly.
+//!
 //! Deliberately absent: making the tables, which is `cargo xtask uplift`.
 
-use glam::Vec4;
+use glam::{DMat3, DVec3, Vec4};
 use sahl_image::ColorSpace;
 
 use super::cie;
-use super::dense::DenseSpectrum;
+use super::dense::{DenseSpectrum, ENTRIES as WAVELENGTHS, RANGE};
 use super::hero::HeroWavelengths;
 
 /// Cells along each axis of a table.
@@ -22,6 +25,38 @@ const RESOLUTION: usize = 32;
 /// Coefficients in a table: by largest component, then its value, then the ratio of the component before it, then that of
 /// the one after it.
 const ENTRIES: usize = 3 * RESOLUTION * RESOLUTION * RESOLUTION * 3;
+
+/// Cells along each axis of a table of light.
+const LIGHT_RESOLUTION: usize = 64;
+/// Coefficients in such a table: by largest component, then the ratio of the component before it, then that of the one after it.
+const LIGHT_ENTRIES: usize = 3 * LIGHT_RESOLUTION * LIGHT_RESOLUTION * 3;
+
+/// A table of light as it lies in data/color/: 32-bit floats, little endian.
+type LightTable = [[u8; 4]];
+
+/// The table of colours of `space` whose largest component is a half.
+fn light_table(space: ColorSpace) -> &'static LightTable {
+    const SRGB: &LightTable = light_table_of(include_bytes!("../../../../data/color/uplift-light-srgb.bin"));
+    const DCI_P3: &LightTable =
+        light_table_of(include_bytes!("../../../../data/color/uplift-light-dci-p3.bin"));
+    const REC2020: &LightTable =
+        light_table_of(include_bytes!("../../../../data/color/uplift-light-rec2020.bin"));
+    const ACES2065_1: &LightTable =
+        light_table_of(include_bytes!("../../../../data/color/uplift-light-aces2065-1.bin"));
+    match space {
+        ColorSpace::Srgb => SRGB,
+        ColorSpace::DciP3 => DCI_P3,
+        ColorSpace::Rec2020 => REC2020,
+        ColorSpace::Aces2065_1 => ACES2065_1,
+    }
+}
+
+/// The table in `bytes`; a wrong length does not compile.
+const fn light_table_of(bytes: &[u8]) -> &LightTable {
+    let (table, rest) = bytes.as_chunks();
+    assert!(table.len() == LIGHT_ENTRIES && rest.is_empty());
+    table
+}
 
 /// A table as it lies in data/color/: 16-bit floats, little endian.
 type Table = [[u8; 2]];
@@ -81,6 +116,47 @@ impl Sigmoid {
         Self { coefficients: [a, b, c] }
     }
 
+    /// The sigmoid of a colour over twice its largest component.
+    fn of_half(rgb: [f32; 3], space: ColorSpace) -> Self {
+        let largest = largest(rgb);
+        let ratio = |component: f32| Place::even((component / rgb[largest]).min(1.0));
+        let (after, before) = (ratio(rgb[(largest + 1) % 3]), ratio(rgb[(largest + 2) % 3]));
+        let table = light_table(space);
+        let row = |before: usize| {
+            let first = (largest * LIGHT_RESOLUTION + before) * LIGHT_RESOLUTION + after.index;
+            let cell = |at: usize| {
+                let number = |i: usize| f32::from_le_bytes(table[3 * at + i]);
+                Vec4::new(number(0), number(1), number(2), 0.0)
+            };
+            mix(cell(first), cell(first + 1), after.fraction)
+        };
+        let [a, b, c, _] = mix(row(before.index), row(before.index + 1), before.fraction).to_array();
+        Self { coefficients: [a, b, c] }
+    }
+
+    /// The sigmoid near this one that has the colour `rgb` exactly; this one if there is none.
+    fn refined(self, rgb: [f32; 3], space: ColorSpace) -> Self {
+        const STEPS: usize = 8;
+        const CLOSE: f64 = 1e-7;
+        let goal = DVec3::from_array(rgb.map(f64::from));
+        let mut at = DVec3::from_array(self.coefficients.map(f64::from));
+        let mut best = (self, f64::INFINITY);
+        for _ in 0..STEPS {
+            let (color, slopes) = seen(at, space);
+            let error = (color - goal).abs().max_element();
+            // Newton's method doubles the digits or fails.
+            if error.is_nan() || error >= best.1 {
+                break;
+            }
+            best = (Self { coefficients: at.to_array().map(|x| x as f32) }, error);
+            if error < CLOSE {
+                break;
+            }
+            at -= slopes.inverse() * (color - goal);
+        }
+        best.0
+    }
+
     /// The value at each wavelength of a path.
     #[inline]
     pub(crate) fn lanes(&self, hero: &HeroWavelengths) -> Vec4 {
@@ -121,7 +197,25 @@ impl Uplifted {
             return Self { sigmoid: HALF, scale };
         }
         // Half of the brightest value leaves the sigmoid room on both sides.
-        Self { sigmoid: Sigmoid::new(rgb.map(|x| x / scale), space), scale }
+        Self { sigmoid: Sigmoid::of_half(rgb, space), scale }
+    }
+
+    /// [`Uplifted::albedo`] of a colour that is met exactly.
+    pub(crate) fn exact_albedo(rgb: [f32; 3], space: ColorSpace) -> Self {
+        Self::albedo(rgb, space).refined(rgb.map(|x| x.clamp(0.0, 1.0)), space)
+    }
+
+    /// [`Uplifted::unbounded`] of a colour that is met exactly.
+    pub(crate) fn exact_unbounded(rgb: [f32; 3], space: ColorSpace) -> Self {
+        Self::unbounded(rgb, space).refined(rgb.map(|x| x.clamp(0.0, 0.5 * f32::MAX)), space)
+    }
+
+    fn refined(self, rgb: [f32; 3], space: ColorSpace) -> Self {
+        // Greys are exact, and black has no scale.
+        if is_grey(rgb) {
+            return self;
+        }
+        Self { sigmoid: self.sigmoid.refined(rgb.map(|x| x / self.scale), space), ..self }
     }
 
     /// The value at each wavelength of a path.
@@ -142,6 +236,11 @@ impl UpliftedLight {
     /// Light; components below zero count as zero.
     pub(crate) fn new(rgb: [f32; 3], space: ColorSpace) -> Self {
         Self { color: Uplifted::unbounded(rgb, space), white: cie::white(space) }
+    }
+
+    /// Light whose colour is met exactly.
+    pub(crate) fn exact(rgb: [f32; 3], space: ColorSpace) -> Self {
+        Self { color: Uplifted::exact_unbounded(rgb, space), white: cie::white(space) }
     }
 
     /// The value at each wavelength of a path.
@@ -167,6 +266,37 @@ impl Place {
         let index = (at as usize).min(RESOLUTION - 2);
         Self { index, fraction: at - index as f32 }
     }
+
+    /// The place of a value in [0, 1] on an axis of a table of light, whose cells are even.
+    #[inline]
+    fn even(value: f32) -> Self {
+        let at = value * (LIGHT_RESOLUTION - 1) as f32;
+        let index = (at as usize).min(LIGHT_RESOLUTION - 2);
+        Self { index, fraction: at - index as f32 }
+    }
+}
+
+/// The colour of the sigmoid with the given coefficients under the white of `space`, white being (1, 1, 1), and its derivatives
+/// by them.
+fn seen(coefficients: DVec3, space: ColorSpace) -> (DVec3, DMat3) {
+    let (observer, white) = (cie::observer(), cie::white(space));
+    // XYZ of the sigmoid, of its derivative by each coefficient, and of the white.
+    let mut sums = [DVec3::ZERO; 5];
+    for i in 0..WAVELENGTHS {
+        let nm = RANGE[0] + i as f32;
+        let t = f64::from((nm - 0.5 * (RANGE[0] + RANGE[1])) / (0.5 * (RANGE[1] - RANGE[0])));
+        let powers = DVec3::new(t * t, t, 1.0);
+        let x = coefficients.dot(powers);
+        let root = 1.0 / (1.0 + x * x).sqrt();
+        let (value, slope) = (0.5 + 0.5 * x * root, 0.5 * root * root * root);
+        let response = (observer.at(nm) * white.at(nm)).truncate().as_dvec3();
+        for (sum, factor) in sums.iter_mut().zip([value, slope * powers.x, slope * powers.y, slope, 1.0]) {
+            *sum += response * factor;
+        }
+    }
+    let matrix = DMat3::from_cols_array_2d(&space.xyz_to_rgb_matrix()).transpose();
+    let [value, a, b, c, white] = sums.map(|xyz| matrix * xyz);
+    (value / white, DMat3::from_cols(a / white, b / white, c / white))
 }
 
 /// The index of the largest component.
@@ -205,7 +335,6 @@ mod tests {
     use sahl_testkit::random::Rng;
 
     use super::*;
-    use crate::spectrum::dense::RANGE;
 
     /// The colour of a quantity under the white of its space.
     fn color(uplifted: &Uplifted, space: ColorSpace) -> [f32; 3] {
@@ -253,6 +382,45 @@ mod tests {
             let (worst, mean) = errors(space, 500, || std::array::from_fn(|_| 0.3 + 0.4 * rng.next_f32()));
             assert!(worst < 4e-3 && mean < 1e-3, "{space:?}: {worst} {mean}");
         }
+    }
+
+    #[test]
+    fn what_is_given_once_is_met_exactly() {
+        let mut rng = Rng::new(0xe4ac);
+        for i in 0..200 {
+            let rgb = std::array::from_fn(|_| 0.05 + 0.9 * rng.next_f32());
+            // The widest space holds colours that no reflectance has.
+            let space = if i % 2 == 0 { ColorSpace::Srgb } else { ColorSpace::DciP3 };
+            let found = color(&Uplifted::exact_albedo(rgb, space), space);
+            let light = color(&UpliftedLight::exact(rgb.map(|x| 40.0 * x), space).color, space);
+            for lane in 0..3 {
+                assert!((found[lane] - rgb[lane]).abs() < 2e-6, "{rgb:?}: {found:?}");
+                assert!((light[lane] / 40.0 - rgb[lane]).abs() < 2e-6, "{rgb:?}: {light:?}");
+            }
+        }
+        // Black and saturated colours stay what the table has.
+        assert_eq!(Uplifted::exact_unbounded([0.0; 3], ColorSpace::Srgb).scale, 0.0);
+        let pure = UpliftedLight::exact([0.0, 1.0, 0.0], ColorSpace::Rec2020);
+        assert!(pure.lanes(&HeroWavelengths::sample(0.5)).is_finite());
+    }
+
+    #[test]
+    fn light_is_met_more_closely_than_reflectances() {
+        let mut rng = Rng::new(0x11647);
+        for space in [ColorSpace::Srgb, ColorSpace::DciP3, ColorSpace::Rec2020] {
+            let (mut worst, mut sum) = (0.0_f32, 0.0);
+            for _ in 0..500 {
+                let rgb = std::array::from_fn(|_| 0.2 + 0.8 * rng.next_f32());
+                let found = color(&UpliftedLight::new(rgb, space).color, space);
+                let error = (0..3).map(|i| (found[i] - rgb[i]).abs()).fold(0.0, f32::max);
+                (worst, sum) = (worst.max(error), sum + error);
+            }
+            assert!(worst < 1.5e-3 && sum / 500.0 < 4e-4, "{space:?} {worst} {}", sum / 500.0);
+        }
+        // A blue sky in the space in which skies are measured; its table is that of another white (`xtask/src/uplift/plane`).
+        let (space, sky) = (ColorSpace::Aces2065_1, [0.08, 0.085, 0.13]);
+        let found = color(&UpliftedLight::new(sky, space).color, space);
+        assert!((0..3).all(|i| (found[i] / sky[i] - 1.0).abs() < 2e-3), "{found:?}");
     }
 
     #[test]

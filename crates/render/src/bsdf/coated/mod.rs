@@ -39,6 +39,8 @@ pub struct Coat {
     pub max_depth: u32,
     /// Walks of an evaluation.
     pub samples: u32,
+    /// Whether walks weigh as pbrt-v4's do, whose coats are too bright: [`sahl_scene::Quirks::bright_coats`].
+    pub is_bright: bool,
 }
 
 /// A base below a [`Coat`].
@@ -185,7 +187,7 @@ impl<B: Scatter> Coated<B> {
         let scattered = phase.sample(wo, random.next_2d());
         let w = scattered.wi;
         if w.z > 0.0 && !surface.is_specular() {
-            let weight = power_heuristic(scattered.pdf, surface.lobe_pdf(target.wi, -w));
+            let weight = power_heuristic(scattered.pdf, self.exit_pdf(target.wi, w));
             let leaving = surface.eval(-w, target.wi).max_component();
             found += weight * leaving * transmittance(height, w);
         }
@@ -221,12 +223,20 @@ impl<B: Scatter> Coated<B> {
             let weight = if sample.kind.is_specular() {
                 1.0
             } else {
-                power_heuristic(sample.pdf, surface.lobe_pdf(target.wi, -walk.w))
+                power_heuristic(sample.pdf, self.exit_pdf(target.wi, walk.w))
             };
             let leaving = surface.eval(-walk.w, target.wi).max_component();
             sum += walk.throughput * (weight * leaving * transmittance(*thickness, walk.w));
         }
         sum
+    }
+
+    /// What a direction `w` that leads to the exit `wi` weighs against: the density with which `wi` would have led to it.
+    /// pbrt-v4 takes that of the opposite way.
+    #[inline]
+    fn exit_pdf(&self, wi: Vec3, w: Vec3) -> f32 {
+        let surface = &self.coat.surface;
+        if self.coat.is_bright { surface.lobe_pdf(-w, wi) } else { surface.lobe_pdf(wi, -w) }
     }
 
     /// A density of `wi`, both above, for light that passes the interface, is reflected once and passes it again. What is
