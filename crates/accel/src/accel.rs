@@ -1,5 +1,7 @@
 //! The acceleration structure: built once, then queried from any number of threads.
 
+use std::ops::Range;
+
 use sahl_math::{Bounds3, Ray};
 
 use crate::assembly::Assembly;
@@ -77,7 +79,6 @@ impl Accel {
     /// Where the slices differ in length, the excess of the longer is left alone.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let count = hits.len().min(rays.len());
-        hits[..count].fill(None);
         self.answer(&rays[..count], traverse_stream, &mut NearestHits { accel: self, rays, hits });
     }
 
@@ -89,14 +90,12 @@ impl Accel {
     /// its parameter errs by more than the boxes allow for (a relative 2 γ₇): then either may find the nearer one.
     pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let count = hits.len().min(rays.len());
-        hits[..count].fill(None);
         self.answer(&rays[..count], traverse_packets, &mut NearestHits { accel: self, rays, hits });
     }
 
     /// [`Self::occluded`] for many rays; slices as in [`Self::intersect_batch`].
     pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
         let count = occluded.len().min(rays.len());
-        occluded[..count].fill(false);
         self.answer(&rays[..count], traverse_stream, &mut Occlusions { occluded });
     }
 
@@ -159,6 +158,7 @@ impl Accel {
             let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
             return traverse(scene, *machine, world, rays, query);
         }
+        query.begin(0..rays.len());
         for (place, ray) in rays.iter().enumerate() {
             let mut search = query.start(place, limit_of(ray));
             let ended = self.search(ray, &mut search, &mut NoCount);
@@ -245,6 +245,11 @@ impl Query for NearestHits<'_> {
     type Search = Nearest;
 
     #[inline(always)]
+    fn begin(&mut self, places: Range<usize>) {
+        self.hits[places].fill(None);
+    }
+
+    #[inline(always)]
     fn start(&self, _place: usize, limit: f32) -> Nearest {
         Nearest::new(limit)
     }
@@ -277,6 +282,11 @@ struct Occlusions<'a> {
 
 impl Query for Occlusions<'_> {
     type Search = Any;
+
+    #[inline(always)]
+    fn begin(&mut self, places: Range<usize>) {
+        self.occluded[places].fill(false);
+    }
 
     #[inline(always)]
     fn start(&self, _place: usize, limit: f32) -> Any {

@@ -129,7 +129,6 @@ impl Accel {
             return self.intersect_batch(rays, hits);
         }
         let count = hits.len().min(rays.len());
-        hits[..count].fill(None);
         let filter = &filter;
         self.answer(&rays[..count], traverse_stream, &mut FilteredHits { accel: self, rays, filter, hits });
     }
@@ -145,7 +144,6 @@ impl Accel {
             return self.occluded_batch(rays, occluded);
         }
         let count = occluded.len().min(rays.len());
-        occluded[..count].fill(false);
         let filter = &filter;
         let mut query = FilteredOcclusions { accel: self, rays, filter, occluded };
         self.answer(&rays[..count], traverse_stream, &mut query);
@@ -173,6 +171,11 @@ impl<'a, F: Fn(usize, &Hit) -> bool> Query for FilteredHits<'a, F> {
     type Search = Asking<'a, Nearest, F>;
 
     #[inline(always)]
+    fn begin(&mut self, places: Range<usize>) {
+        self.hits[places].fill(None);
+    }
+
+    #[inline(always)]
     fn start(&self, place: usize, limit: f32) -> Self::Search {
         self.accel.asking(Nearest::new(limit), (place, &self.rays[place]), self.filter)
     }
@@ -194,6 +197,11 @@ struct FilteredOcclusions<'a, F> {
 
 impl<'a, F: Fn(usize, &Hit) -> bool> Query for FilteredOcclusions<'a, F> {
     type Search = Asking<'a, Any, F>;
+
+    #[inline(always)]
+    fn begin(&mut self, places: Range<usize>) {
+        self.occluded[places].fill(false);
+    }
 
     #[inline(always)]
     fn start(&self, place: usize, limit: f32) -> Self::Search {

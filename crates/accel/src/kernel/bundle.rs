@@ -169,7 +169,9 @@ impl RayBundle {
         self.id = [NOTHING; ROWS];
         self.instance = [NOTHING; ROWS];
         self.shear = self.common_shear(isa, first);
-        let (frustum, beam) = (self.frustum(isa, octant), self.beam(isa));
+        let [x, y, z] = &self.origin;
+        let origins = [range(isa, x), range(isa, y), range(isa, z)];
+        let (frustum, beam) = (self.frustum(isa, octant, &origins), self.beam(isa, &origins));
         Some(Loaded { members, others: usable & !members, frustum, beam })
     }
 
@@ -369,16 +371,18 @@ impl RayBundle {
     }
 
     #[inline(always)]
-    fn frustum<I: Isa>(&self, isa: I, octant: Octant) -> Frustum {
+    fn frustum<I: Isa>(&self, isa: I, octant: Octant, origins: &[[f32; 2]; 3]) -> Frustum {
         let (mut frustum_origin, mut reciprocal, mut widened) = ([[0.0; 3]; 2], [[0.0; 3]; 2], [[0.0; 3]; 2]);
         for axis in 0..3 {
-            let [low, high] = range(isa, &self.origin[axis]);
+            let [low, high] = origins[axis];
             let negative = octant.index() >> axis & 1 == 1;
             // From the highest origin a plane ahead is nearest.
             let [enter, exit] = if negative { [low, high] } else { [high, low] };
             (frustum_origin[0][axis], frustum_origin[1][axis]) = (enter, exit);
             [reciprocal[0][axis], reciprocal[1][axis]] = range(isa, &self.reciprocal[axis]);
-            [widened[0][axis], widened[1][axis]] = range(isa, &self.widened[axis]);
+            // As each ray's is made of its reciprocal: rounding is monotonic.
+            [widened[0][axis], widened[1][axis]] =
+                [reciprocal[0][axis] * EXIT_WIDENING, reciprocal[1][axis] * EXIT_WIDENING];
         }
         let [t_min, _] = range(isa, &self.t_min);
         let (enter, exit) = Planes::of(octant);
@@ -387,11 +391,11 @@ impl RayBundle {
     }
 
     #[inline(always)]
-    fn beam<I: Isa>(&self, isa: I) -> Option<Beam> {
+    fn beam<I: Isa>(&self, isa: I, origins: &[[f32; 2]; 3]) -> Option<Beam> {
         let BundleShear { axes, factors: [sx, sy, _] } = self.shear.as_ref()?;
         let mut origin = [0.0; 3];
         for (coordinate, &axis) in origin.iter_mut().zip(axes) {
-            let [low, high] = range(isa, &self.origin[axis as usize]);
+            let [low, high] = origins[axis as usize];
             if low != high {
                 return None;
             }

@@ -7,6 +7,8 @@
 //!
 //! Rays that turn out to have little in common go their own ways, and so do those along an axis.
 
+use std::ops::Range;
+
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, StackSize};
@@ -14,8 +16,8 @@ use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BUNDLE_RAYS, Beam, BeamEdges, Frustum, Isa, Loaded, MAX_GROUPS, Machine, Node, Order, RayBundle, Task,
-    TriangleBlock, WIDTH, Window,
+    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, Frustum, Isa, Loaded, MAX_GROUPS, Machine, Node, Order,
+    RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
 
@@ -28,7 +30,7 @@ pub(crate) fn traverse_packets<Q: Query<Search = Nearest>>(
     rays: &[Ray],
     query: &mut Q,
 ) {
-    let Some(root) = tree.root else { return };
+    let Some(root) = tree.root else { return query.begin(0..rays.len()) };
     match stack_size {
         StackSize::Small => machine.run(Packets::<Q, SMALL> { scene, root, rays, query }),
         StackSize::Medium => machine.run(Packets::<Q, MEDIUM> { scene, root, rays, query }),
@@ -51,7 +53,7 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
         let Self { scene, root, rays, query } = self;
         let mut bundle = RayBundle::EMPTY;
         let mut stack = PacketStack::<N>::empty();
-        let mut first = 0;
+        let (mut first, mut dissolved) = (0, 0_u32);
         while first < rays.len() {
             let packet = &rays[first..rays.len().min(first + BUNDLE_RAYS)];
             prefetch(isa, &rays[first + packet.len()..]);
@@ -59,9 +61,11 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
             let effort =
                 Packets { scene, root, rays: packet, query: &mut query }.search(isa, &mut bundle, &mut stack);
             first += packet.len();
-            if !effort.is_worthwhile() {
-                // Rays that have little in common seldom stand alone.
-                let others = &rays[first..rays.len().min(first + SINGLE_RAYS)];
+            if effort.is_worthwhile() {
+                dissolved = dissolved.saturating_sub(1);
+            } else {
+                let others = &rays[first..rays.len().min(first + (BUNDLE_RAYS << dissolved))];
+                dissolved = (dissolved + 1).min(MOST_DISSOLVED);
                 query.first = first;
                 Stream::<_, N> { scene, root, rays: others, query: &mut query }.run(isa);
                 first += others.len();
@@ -70,11 +74,15 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
     }
 }
 
+/// Rows of a line of the processor's cache.
+const LINE_ROWS: usize = 2;
+
 /// Asks for the memory of the next packet.
 #[inline(always)]
 fn prefetch<I: Isa>(isa: I, rays: &[Ray]) {
-    for ray in rays.iter().take(BUNDLE_RAYS).step_by(2) {
-        isa.prefetch(std::ptr::from_ref(ray).cast());
+    let first: *const Row = rays.as_ptr().cast();
+    for row in (0..BUNDLE_RAYS * size_of::<Ray>() / size_of::<Row>()).step_by(LINE_ROWS) {
+        isa.prefetch(first.wrapping_add(row));
     }
 }
 
@@ -85,7 +93,7 @@ const FEW_VISITS: u32 = 48;
 const MOST_VISITS: u32 = 1024;
 
 /// So many rays go their own ways after a packet that was not worthwhile.
-const SINGLE_RAYS: usize = 5 * BUNDLE_RAYS;
+const MOST_DISSOLVED: u32 = 3;
 
 /// What a packet has visited.
 #[derive(Clone, Copy, Default)]
@@ -118,6 +126,11 @@ impl<Q: Query> Query for Part<'_, Q> {
     type Search = Q::Search;
 
     #[inline(always)]
+    fn begin(&mut self, places: Range<usize>) {
+        self.query.begin(self.first + places.start..self.first + places.end);
+    }
+
+    #[inline(always)]
     fn start(&self, place: usize, limit: f32) -> Q::Search {
         self.query.start(self.first + place, limit)
     }
@@ -133,6 +146,7 @@ impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
     #[inline(always)]
     fn search<I: Isa>(self, isa: I, bundle: &mut RayBundle, stack: &mut PacketStack<N>) -> Effort {
         let Self { scene, root, rays, query } = self;
+        query.begin(0..rays.len());
         let mut most = Effort::default();
         // One packet an octant; seldom more than one.
         let (mut wanted, mut strays) = (u64::MAX, u64::MAX);
@@ -346,8 +360,15 @@ impl<const N: usize> PacketStack<N> {
             return;
         };
         let window = Window { children, enters };
-        self.height += isa.push::<true>(node.children(), interval, Order::of(frustum.octant), window).count();
+        let pushed = isa.push::<true>(node.children(), interval, Order::of(frustum.octant), window).count();
+        self.height += pushed;
         self.parents[place..place + WIDTH].fill(child);
+        for entry in &self.children[place..(place + pushed).min(N)] {
+            let first = scene.trees.address(Child::row(entry.to_bits()));
+            for row in (0..BLOCK_ROWS).step_by(LINE_ROWS) {
+                isa.prefetch(first.wrapping_add(row));
+            }
+        }
     }
 
     /// The topmost entry that begins before `reach`.

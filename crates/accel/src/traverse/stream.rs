@@ -5,6 +5,8 @@
 //! before a node wait in one queue and those before a leaf in another: each loop does one thing, without asking which,
 //! and the processor works on several rays at once. The memory of a ray's next node is asked for when the ray joins a queue.
 
+use std::ops::Range;
+
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
@@ -19,6 +21,8 @@ const SLOTS: usize = 32;
 /// What a query is asked of each ray of a slice.
 pub(crate) trait Query {
     type Search: Search;
+    /// Says that the rays at some places of the slice are searched next. Until they are finished they have hit nothing.
+    fn begin(&mut self, places: Range<usize>);
     /// Starts the search of the ray at a place of the slice up to the largest parameter that counts.
     fn start(&self, place: usize, limit: f32) -> Self::Search;
     /// Takes the result for the ray at a place of the slice. Rays that can hit nothing have none.
@@ -34,7 +38,7 @@ pub(crate) fn traverse_stream<Q: Query>(
     rays: &[Ray],
     query: &mut Q,
 ) {
-    let Some(root) = tree.root else { return };
+    let Some(root) = tree.root else { return query.begin(0..rays.len()) };
     match stack_size {
         StackSize::Small => machine.run(Stream::<Q, SMALL> { scene, root, rays, query }),
         StackSize::Medium => machine.run(Stream::<Q, MEDIUM> { scene, root, rays, query }),
@@ -123,6 +127,7 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) {
         let Self { scene, root, rays, query } = self;
+        query.begin(0..rays.len());
         let mut pending = rays.iter().enumerate();
         let mut waiting = Waiting::default();
         let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
