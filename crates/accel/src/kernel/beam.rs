@@ -13,6 +13,7 @@
 
 use super::block::TriangleBlock;
 use super::isa::{Isa, Lanes};
+use super::watertight::Relative;
 use crate::geometry::triangle::Axis;
 
 /// Groups that a bundle has at most.
@@ -40,6 +41,8 @@ pub(super) struct SlopeRange {
 
 /// The edge functions of a block's triangles as functions of slopes.
 pub(crate) struct BeamEdges<F> {
+    /// The vertices relative to the origin of the beam.
+    relative: Relative<F>,
     edges: [BeamEdge<F>; 3],
     /// What the bounds are widened by.
     margin: F,
@@ -63,18 +66,27 @@ impl<F: Lanes> BeamEdges<F> {
     #[inline(always)]
     pub(crate) fn new<I: Isa<F32 = F>>(isa: I, block: TriangleBlock<'_>, beam: &Beam) -> Self {
         // No closures: they would not be compiled for the instruction set.
-        let (x, y, z) = (
-            relative(isa, block, (beam, 0)),
-            relative(isa, block, (beam, 1)),
-            relative(isa, block, (beam, 2)),
-        );
+        let relative = Relative {
+            x: relative(isa, block, (beam, 0)),
+            y: relative(isa, block, (beam, 1)),
+            z: relative(isa, block, (beam, 2)),
+        };
         let [middle_x, middle_y] = beam.middle;
-        let (x, y) = (sheared(&x, &z, isa.splat(middle_x)), sheared(&y, &z, isa.splat(middle_y)));
-        let vertices = ShearedVertices { x, y, z };
-        let depth = greatest(&z);
-        let width = greatest(&x).max(greatest(&y)) + depth * isa.splat(beam.spread);
+        let x = sheared(&relative.x, &relative.z, isa.splat(middle_x));
+        let y = sheared(&relative.y, &relative.z, isa.splat(middle_y));
+        let vertices = ShearedVertices { x, y, z: relative.z };
+        let ShearedVertices { x, y, z } = &vertices;
+        let depth = greatest(z);
+        let width = greatest(x).max(greatest(y)) + depth * isa.splat(beam.spread);
         let margin = (width * isa.splat(MARGIN)) * (width + depth) + isa.splat(f32::MIN_POSITIVE);
-        Self { edges: [vertices.edge(2, 1), vertices.edge(0, 2), vertices.edge(1, 0)], margin }
+        Self { relative, edges: [vertices.edge(2, 1), vertices.edge(0, 2), vertices.edge(1, 0)], margin }
+    }
+
+    /// The vertices as all rays of the beam see them, in memory.
+    #[inline(always)]
+    pub(crate) fn vertices(&self) -> BeamVertices<F::Array> {
+        let Relative { x, y, z } = &self.relative;
+        BeamVertices { x: to_arrays(x), y: to_arrays(y), z: to_arrays(z) }
     }
 
     /// The triangles that rays of a group may hit, one bit each.
@@ -94,6 +106,34 @@ impl<F: Lanes> BeamEdges<F> {
         }
         positive | negative
     }
+}
+
+/// The vertices of a block's triangles relative to the origin of a beam, in memory; axes in the order of the beam's.
+pub(crate) struct BeamVertices<A> {
+    x: [A; 3],
+    y: [A; 3],
+    z: [A; 3],
+}
+
+impl<A: AsRef<[f32]>> BeamVertices<A> {
+    /// A triangle, the same for each of a group of rays.
+    #[inline(always)]
+    pub(super) fn triangle<W: Lanes>(&self, triangle: usize, like: W) -> Relative<W> {
+        let Self { x, y, z } = self;
+        Relative { x: spread(x, triangle, like), y: spread(y, triangle, like), z: spread(z, triangle, like) }
+    }
+}
+
+#[inline(always)]
+fn to_arrays<F: Lanes>([p0, p1, p2]: &[F; 3]) -> [F::Array; 3] {
+    [p0.to_array(), p1.to_array(), p2.to_array()]
+}
+
+#[inline(always)]
+fn spread<A: AsRef<[f32]>, W: Lanes>(rows: &[A; 3], triangle: usize, like: W) -> [W; 3] {
+    let [p0, p1, p2] = rows;
+    let triangle = triangle % super::WIDTH;
+    [like.splat(p0.as_ref()[triangle]), like.splat(p1.as_ref()[triangle]), like.splat(p2.as_ref()[triangle])]
 }
 
 /// Vertices of triangles, sheared along the middle of a beam.

@@ -3,7 +3,7 @@
 use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
-use super::beam::{Beam, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
+use super::beam::{Beam, BeamVertices, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
 use super::block::TriangleBlock;
 use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row};
 use super::node::{EXIT_WIDENING, Node, Planes};
@@ -282,11 +282,12 @@ impl RayBundle {
         &mut self,
         isa: I,
         (group, lanes): (usize, u32),
-        (block, triangle): (TriangleBlock<'_>, usize),
+        (block, triangle): (BundledBlock<'_, I>, usize),
         rays: &[Ray],
     ) -> bool {
         let triangle = triangle % WIDTH;
         let Some((relative, ray_lanes)) = self.prepare(isa, group, (block, triangle)) else { return false };
+        let block = block.block;
         let Some(solved) = relative.solve_few(&ray_lanes, lanes) else { return false };
         let (limit, id) = (ray_lanes.limit, block.id(triangle));
         // What is as near as what was hit is decided by names, one by one.
@@ -339,20 +340,23 @@ impl RayBundle {
         &self,
         isa: I,
         group: usize,
-        triangle: (TriangleBlock<'_>, usize),
+        (BundledBlock { block, vertices }, triangle): (BundledBlock<'_, I>, usize),
     ) -> Option<Prepared<I::Wide>> {
         let shear = self.shear.as_ref()?;
-        let [x, y, z] = shear.axes;
-        let relative = Relative {
-            x: self.relative(isa, group, (x, triangle)),
-            y: self.relative(isa, group, (y, triangle)),
-            z: self.relative(isa, group, (z, triangle)),
-        };
         let [sx, sy, sz] = &shear.factors;
         let rays = RayLanes {
             factors: [isa.load_wide(sx, group), isa.load_wide(sy, group), isa.load_wide(sz, group)],
             t_min: isa.load_wide(&self.t_min, group),
             limit: isa.load_wide(&self.limit, group),
+        };
+        if let Some(vertices) = vertices {
+            return Some((vertices.triangle(triangle, rays.t_min), rays));
+        }
+        let [x, y, z] = shear.axes;
+        let relative = Relative {
+            x: self.relative(isa, group, (x, (block, triangle))),
+            y: self.relative(isa, group, (y, (block, triangle))),
+            z: self.relative(isa, group, (z, (block, triangle))),
         };
         Some((relative, rays))
     }
@@ -493,6 +497,20 @@ impl RayBundle {
 fn replace<I: Isa>(isa: I, rows: &mut BundleRow, (group, lanes): (usize, u32), by: I::Wide) {
     isa.store_wide(by.select(lanes, isa.load_wide(rows, group)), rows, group);
 }
+
+/// A block, and its vertices as the rays see them if these start at one point.
+pub(crate) struct BundledBlock<'a, I: Isa> {
+    pub(crate) block: TriangleBlock<'a>,
+    pub(crate) vertices: &'a Option<BeamVertices<<I::F32 as Lanes>::Array>>,
+}
+
+impl<I: Isa> Clone for BundledBlock<'_, I> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<I: Isa> Copy for BundledBlock<'_, I> {}
 
 /// A triangle relative to a group of rays, and the rays.
 type Prepared<F> = (Relative<F>, RayLanes<F>);

@@ -23,9 +23,9 @@ mod neon;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 
-pub(crate) use beam::{Beam, BeamEdges, MAX_GROUPS};
+pub(crate) use beam::{Beam, BeamEdges, BeamVertices, MAX_GROUPS};
 pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
-pub(crate) use bundle::{BUNDLE_RAYS, Frustum, Loaded, NearestHit, RayBundle};
+pub(crate) use bundle::{BUNDLE_RAYS, BundledBlock, Frustum, Loaded, NearestHit, RayBundle};
 pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
 pub(crate) use pages::prefer_large_pages;

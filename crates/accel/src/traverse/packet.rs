@@ -16,8 +16,8 @@ use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, Frustum, Isa, Loaded, MAX_GROUPS, Machine, Node, Order,
-    RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
+    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BeamVertices, BundledBlock, Frustum, Isa, Lanes, Loaded,
+    MAX_GROUPS, Machine, Node, Order, RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
 
@@ -245,9 +245,10 @@ impl Packet<'_> {
         }
         if Child::stage(entry.child) == Stage::Block && self.bundle.has_common_axis() {
             let block = self.scene.trees.block(Child::row(entry.child));
-            let candidates = self.candidates(isa, block, meeting);
+            let (candidates, vertices) = self.candidates(isa, block, meeting);
             let tests: u32 = candidates.iter().map(|triangles| triangles.count_ones()).sum();
             if tests * TRIANGLE_COST <= meeting.count_ones() * RAY_COST {
+                let block = BundledBlock { block, vertices: &vertices };
                 return self.test_triangles(isa, block, (&candidates, meeting));
             }
         }
@@ -273,18 +274,18 @@ impl Packet<'_> {
         changed
     }
 
-    /// The triangles of a block that rays of each group may hit, one bit each.
+    /// The triangles of a block that rays of each group may hit, one bit each, and their vertices as the rays of a beam see them.
     #[inline(always)]
-    fn candidates<I: Isa>(&self, isa: I, block: TriangleBlock<'_>, meeting: u64) -> [u32; MAX_GROUPS] {
+    fn candidates<I: Isa>(&self, isa: I, block: TriangleBlock<'_>, meeting: u64) -> Candidates<I> {
         let mut candidates = [0; MAX_GROUPS];
-        let Some(beam) = self.beam else { return [block.all(isa); MAX_GROUPS] };
+        let Some(beam) = self.beam else { return ([block.all(isa); MAX_GROUPS], None) };
         let edges = BeamEdges::new(isa, block, beam);
         for (group, triangles) in candidates.iter_mut().take(BUNDLE_RAYS / I::WIDE).enumerate() {
             if lanes_of::<I>(meeting, group) != 0 {
                 *triangles = edges.may_hit(isa, beam, group);
             }
         }
-        candidates
+        (candidates, Some(edges.vertices()))
     }
 
     /// Tests some triangles of a block against each group.
@@ -292,7 +293,7 @@ impl Packet<'_> {
     fn test_triangles<I: Isa>(
         &mut self,
         isa: I,
-        block: TriangleBlock<'_>,
+        block: BundledBlock<'_, I>,
         (candidates, meeting): (&[u32; MAX_GROUPS], u64),
     ) -> bool {
         let mut changed = false;
@@ -305,6 +306,9 @@ impl Packet<'_> {
         changed
     }
 }
+
+/// One set of triangles a group, and the vertices of all.
+type Candidates<I> = ([u32; MAX_GROUPS], Option<BeamVertices<<<I as Isa>::F32 as Lanes>::Array>>);
 
 /// A group's part of a set of rays.
 #[inline(always)]
