@@ -65,16 +65,18 @@ pub(crate) struct PreparedRay {
 }
 
 impl PreparedRay {
-    /// `None` for a ray that hits nothing: one without direction, or not finite, or with an empty interval.
+    /// `None` for a ray that hits nothing: see [`can_hit`].
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        // Zero times what is infinite or NaN is NaN: one comparison for all coordinates.
-        let finite = (ray.origin * 0.0 + ray.direction * 0.0).dot(Vec3::ONE) == 0.0;
-        let usable = finite && ray.direction.abs().max_component() > 0.0;
-        // Negative parameters lie behind the origin and never count. NaN becomes zero here, and fails below.
+        can_hit(ray).then(|| Self::of_usable(ray))
+    }
+
+    /// A ray that [`can_hit`].
+    #[inline(always)]
+    pub(crate) fn of_usable(ray: &Ray) -> Self {
+        // Negative parameters lie behind the origin and never count.
         let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
-        (usable && ray.t_min < ray.t_max)
-            .then(|| Self { block_ray: BlockRay::new(&ray), node_ray: NodeRay::new(&ray) })
+        Self { block_ray: BlockRay::new(&ray), node_ray: NodeRay::new(&ray) }
     }
 
     /// See [`limit_of`].
@@ -93,6 +95,15 @@ impl PreparedRay {
     pub(crate) fn shear(&self) -> &Shear {
         &self.block_ray.shear
     }
+}
+
+/// Whether a ray may hit anything: it has a direction, is finite, and its interval is not empty.
+#[inline(always)]
+pub(crate) fn can_hit(ray: &Ray) -> bool {
+    // Zero times what is infinite or NaN is NaN: one comparison for all coordinates.
+    let finite = (ray.origin * 0.0 + ray.direction * 0.0).dot(Vec3::ONE) == 0.0;
+    // NaN becomes zero in the maximum, and fails as the other side.
+    finite && ray.direction.abs().max_component() > 0.0 && ray.t_min.max(0.0) < ray.t_max
 }
 
 /// The largest parameter that counts for a ray: the last before `t_max`.

@@ -11,7 +11,7 @@ use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::wide::{Scene, visit_block, visit_other};
-use super::{NoCount, PreparedRay, Search};
+use super::{NoCount, PreparedRay, Search, can_hit};
 use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task};
 use crate::layout::{Child, Stage, WideTree};
 
@@ -132,9 +132,8 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
         let mut waiting = Waiting::default();
         let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
         for (place, slot) in slots.iter_mut().enumerate() {
-            if let Some((ray, prepared)) = next_usable(&mut pending) {
-                let search = query.start(ray, prepared.limit());
-                *slot = Some(Slot::new(ray, prepared, search, root));
+            if let Some((ray_place, ray)) = next_usable(&mut pending) {
+                *slot = Some(Slot::new((ray_place, ray), query, root));
                 waiting.join(root, place);
             }
         }
@@ -161,9 +160,9 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
             for place in waiting.take(Stage::Done) {
                 let Some(slot) = &mut slots[place] else { continue };
                 query.finish(slot.place, &slot.search, slot.ended);
-                if let Some((ray, prepared)) = next_usable(&mut pending) {
-                    isa.prefetch(rays.as_ptr().wrapping_add(ray + SLOTS).cast());
-                    slot.restart(ray, prepared, query.start(ray, prepared.limit()), root);
+                if let Some((ray_place, ray)) = next_usable(&mut pending) {
+                    isa.prefetch(rays.as_ptr().wrapping_add(ray_place + SLOTS).cast());
+                    slot.restart((ray_place, ray), query, root);
                     waiting.join(root, place);
                 }
             }
@@ -173,10 +172,10 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
 
 /// The next ray that can hit anything, with its place.
 #[inline(always)]
-fn next_usable<'a>(pending: &mut impl Iterator<Item = (usize, &'a Ray)>) -> Option<(usize, PreparedRay)> {
+fn next_usable<'a>(pending: &mut impl Iterator<Item = (usize, &'a Ray)>) -> Option<(usize, &'a Ray)> {
     for (place, ray) in pending {
-        if let Some(prepared) = PreparedRay::new(ray) {
-            return Some((place, prepared));
+        if can_hit(ray) {
+            return Some((place, ray));
         }
     }
     None
@@ -184,17 +183,20 @@ fn next_usable<'a>(pending: &mut impl Iterator<Item = (usize, &'a Ray)>) -> Opti
 
 impl<S: Search, const N: usize> Slot<S, N> {
     #[inline(always)]
-    fn new(place: usize, ray: PreparedRay, search: S, root: u32) -> Self {
+    fn new<Q: Query<Search = S>>((place, ray): (usize, &Ray), query: &Q, root: u32) -> Self {
+        let ray = PreparedRay::of_usable(ray);
+        let search = query.start(place, ray.limit());
         let reach = search.limit() * EXIT_WIDENING;
         Self { ray, search, stack: Stack::empty(), reach, child: root, place, ended: false }
     }
 
     /// As [`Self::new`], without clearing the memory of the stack.
     #[inline(always)]
-    fn restart(&mut self, place: usize, ray: PreparedRay, search: S, root: u32) {
-        self.ray = ray;
-        self.reach = search.limit() * EXIT_WIDENING;
-        self.search = search;
+    fn restart<Q: Query<Search = S>>(&mut self, (place, ray): (usize, &Ray), query: &Q, root: u32) {
+        // Made where it stays: what is copied by wide loads waits for the narrow stores that have just written it.
+        self.ray = PreparedRay::of_usable(ray);
+        self.search = query.start(place, self.ray.limit());
+        self.reach = self.search.limit() * EXIT_WIDENING;
         self.stack.clear();
         self.child = root;
         self.place = place;
