@@ -4,8 +4,8 @@ use sahl_math::{Ray, Vec3};
 
 use super::super::isa::{Isa, Lanes, Row, Task};
 use super::super::{
-    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, EMPTY_BLOCK, EXIT_WIDENING, Loaded, MAX_GROUPS, NODE_ROWS,
-    NearestHit, Node, RayBundle, TriangleBlock, WIDTH, set_triangle,
+    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BundledBlock, EMPTY_BLOCK, EXIT_WIDENING, Loaded, MAX_GROUPS,
+    NODE_ROWS, NearestHit, Node, RayBundle, TriangleBlock, WIDTH, set_triangle,
 };
 use super::queries::node;
 use super::{Random, agreed};
@@ -244,7 +244,11 @@ impl Task for Triangles<'_> {
             }
         }
         for triangle in 0..case.triangles.len() {
-            let named = (TriangleBlock(&blocks[triangle / WIDTH]), triangle % WIDTH);
+            let block = TriangleBlock(&blocks[triangle / WIDTH]);
+            // Every other one relative to each ray's origin, though they all start at one point.
+            let beam = beam.as_ref().filter(|_| triangle % 2 == 0);
+            let vertices = beam.map(|beam| BeamEdges::new(isa, block, beam).vertices());
+            let named = (BundledBlock { block, vertices: &vertices }, triangle % WIDTH);
             for group in 0..BUNDLE_RAYS / I::WIDE {
                 // Every other group is asked in two halves.
                 let all = (members >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);

@@ -228,3 +228,35 @@ fn triangles_that_are_none_give_no_other_hits() {
         check_block(&triangles, &Ray::new(origin, direction), f32::MAX);
     }
 }
+
+#[test]
+fn origins_next_to_triangles_are_told_from_those_behind_as_by_the_definition() {
+    let mut random = Random(15);
+    let mut hits = [0; 2];
+    for i in 0..40_000 {
+        let scale = 10.0_f32.powi(i % 25 - 16);
+        // Flat along an axis, slanted, and slivers.
+        let stretch = [[1.0, 0.0, 1.0], [1.0; 3], [1.0, 1e-3, 1e-6]][random.below(3)].map(|x: f32| x * scale);
+        let shift = [0.0, 1.0, 100.0][random.below(3)] * scale;
+        let vertex =
+            |random: &mut Random| Vec3::from(stretch) * random.vector(Random::signed) + Vec3::splat(shift);
+        let triangles: Vec<_> = (0..8).map(|_| [(); 3].map(|()| vertex(&mut random))).collect();
+        let [p, q, r] = triangles[random.below(8)];
+        let mut origin = p + (q - p) * 0.3 + (r - p) * 0.4;
+        let axis = random.below(3);
+        for _ in 0..random.below(4) {
+            origin[axis] = if i % 2 == 0 { origin[axis].next_up() } else { origin[axis].next_down() };
+        }
+        let mut direction = random.vector(Random::signed);
+        if random.below(3) == 0 {
+            // Nearly in the plane.
+            direction = (q - p) * random.signed() + (r - p) * random.signed() + direction * (1e-6 * scale);
+        }
+        let ray = Ray::new(origin, direction);
+        if ray.direction == Vec3::ZERO {
+            continue;
+        }
+        hits[usize::from(check_block(&triangles, &ray, f32::MAX) > 0)] += 1;
+    }
+    assert!(hits[0] > 10_000 && hits[1] > 10_000, "{} without a hit, {} with one", hits[0], hits[1]);
+}
