@@ -30,6 +30,31 @@ impl SceneData {
         if self.has_alpha { self.first_hit(ray).is_some() } else { self.accel.occluded(ray) }
     }
 
+    /// [`Self::first_hit`] of many rays; `alike` says that those that follow each other go nearly the same way.
+    pub(crate) fn first_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>], alike: bool) {
+        if alike {
+            self.accel.intersect_coherent(rays, hits);
+        } else {
+            self.accel.intersect_batch(rays, hits);
+        }
+        if self.has_alpha {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = hit.and_then(|hit| self.first_there(*ray, hit));
+            }
+        }
+    }
+
+    /// [`Self::is_occluded`] of many rays.
+    pub(crate) fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        if self.has_alpha {
+            for (ray, occluded) in rays.iter().zip(occluded) {
+                *occluded = self.is_occluded(ray);
+            }
+        } else {
+            self.accel.occluded_batch(rays, occluded);
+        }
+    }
+
     /// The first hit of a surface that is there, beginning with the first hit.
     #[inline(never)]
     fn first_there(&self, mut ray: Ray, mut hit: Hit) -> Option<Hit> {

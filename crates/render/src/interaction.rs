@@ -3,6 +3,8 @@
 use sahl_accel::Hit;
 use sahl_math::{Frame, Ray, Vec2, Vec3};
 
+use crate::light::LightSample;
+
 /// A primitive of the accelerator, by its indices there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Place {
@@ -52,6 +54,15 @@ impl Interaction {
     #[inline]
     pub(crate) fn spawn(&self, direction: Vec3) -> Ray {
         Ray::spawn(self.p, self.p_error, self.ng, direction).with_time(self.time)
+    }
+
+    /// The ray to what `sample` found of a light.
+    #[inline]
+    pub(crate) fn ray_to(&self, sample: &LightSample) -> Ray {
+        match sample.end {
+            Some(end) => Ray::spawn_to((self.p, self.p_error, self.ng), end).with_time(self.time),
+            None => self.spawn(sample.wi),
+        }
     }
 
     /// Whether the surface lies between the directions `wo` and `wi` by its geometry just as it does by its shading.

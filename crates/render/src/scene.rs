@@ -128,9 +128,9 @@ impl Scene {
         let sample = self.data.integrator.sample(&self.data, pixel, index);
         let sensor = Sensor::new(&self.data.film);
         Sample {
-            rgb: sensor.color(sample.radiance, &sample.wavelengths),
+            rgb: sensor.color(sample.radiance, &sample.tracer.wavelengths),
             weight: sample.weight,
-            is_kept: sensor.kept_color(sample.radiance, &sample.wavelengths).is_some(),
+            is_kept: sensor.kept_color(sample.radiance, &sample.tracer.wavelengths).is_some(),
         }
     }
 }

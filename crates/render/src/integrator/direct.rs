@@ -1,6 +1,6 @@
 //! Light that comes to a surface straight from a light.
 
-use sahl_math::Vec3;
+use sahl_math::{Ray, Vec3};
 
 use super::Tracer;
 use crate::bsdf::Bsdf;
@@ -16,6 +16,14 @@ pub(super) struct Scattering<'a> {
     pub(super) wo: Vec3,
 }
 
+/// Light that a surface scatters, if nothing lies on the way from where it comes.
+pub(super) struct Unshadowed<'s> {
+    pub(super) light: &'s Light,
+    /// The way, from the surface on.
+    pub(super) ray: Ray,
+    pub(super) radiance: Spectrum,
+}
+
 impl Scattering<'_> {
     /// f |cos θ| for light from `wi`, and the density with which the BSDF samples `wi`.
     #[inline]
@@ -25,28 +33,27 @@ impl Scattering<'_> {
         (self.bsdf.eval(wo, local), self.bsdf.pdf(wo, local))
     }
 
-    /// Light from `light` that is scattered along `wo`, one sample.
+    /// Light from `light` that is scattered along `wo` where it is not in shadow, one sample.
     ///
     /// `weigh` says how much a sample counts beside other ways to find the light, given its densities by light and by
     /// BSDF.
     #[inline]
-    pub(super) fn light_from(
+    pub(super) fn light_from<'s>(
         &self,
-        light: &Light,
+        light: &'s Light,
         tracer: &mut Tracer<'_>,
         weigh: impl FnOnce(&LightSample, f32) -> f32,
-    ) -> Spectrum {
+    ) -> Option<Unshadowed<'s>> {
         let u = tracer.sampler.next_2d();
-        let Some(sample) = light.sample(self.at.p, u, &tracer.scene.textures, &tracer.wavelengths) else {
-            return Spectrum::ZERO;
-        };
+        let sample = light.sample(self.at.p, u, &tracer.scene.textures, &tracer.wavelengths)?;
         if !self.at.sides_agree(self.wo, sample.wi) {
-            return Spectrum::ZERO;
+            return None;
         }
         let (f, bsdf_pdf) = self.eval(sample.wi);
-        if f.is_zero() || tracer.is_in_shadow(self.at, &sample, light) {
-            return Spectrum::ZERO;
+        if f.is_zero() {
+            return None;
         }
-        f * sample.radiance * (weigh(&sample, bsdf_pdf) / sample.pdf)
+        let radiance = f * sample.radiance * (weigh(&sample, bsdf_pdf) / sample.pdf);
+        Some(Unshadowed { light, ray: self.at.ray_to(&sample), radiance })
     }
 }

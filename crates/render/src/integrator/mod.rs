@@ -40,6 +40,13 @@ pub(crate) use tracer::Tracer;
 pub(crate) trait Integrator: Debug + Send + Sync {
     /// Radiance that arrives along `ray`, estimated with one sample.
     fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum;
+
+    /// [`Self::radiance`] of many samples that have begun, the same to the last bit, for integrators that are faster together.
+    fn radiances(&self, samples: &mut [CameraSample<'_>]) {
+        for sample in samples {
+            sample.radiance = self.radiance(&mut sample.tracer, sample.ray);
+        }
+    }
 }
 
 /// What a tile is to be given: samples of these numbers to each pixel.
@@ -55,60 +62,83 @@ pub(crate) trait TileRenderer: Debug + Send + Sync {
     fn render_tile(&self, scene: &SceneData, aovs: &[Aov], tile: &mut Tile, pass: &Pass) -> u64;
 
     /// Sample `index` of `pixel`, as the tile gets it.
-    fn sample(&self, scene: &SceneData, pixel: [u32; 2], index: u32) -> CameraSample;
+    fn sample<'s>(&self, scene: &'s SceneData, pixel: [u32; 2], index: u32) -> CameraSample<'s>;
 }
 
-/// What one sample of a pixel comes to.
-pub(crate) struct CameraSample {
+/// One sample of a pixel: where it begins, and what it comes to.
+pub(crate) struct CameraSample<'s> {
     ray: Ray,
+    /// What the camera lets through of the radiance.
+    throughput: f32,
     pub(crate) radiance: Spectrum,
-    /// What its lanes mean.
-    pub(crate) wavelengths: Wavelengths,
+    /// With the sampler where the integrator goes on, and what the lanes of the radiance mean.
+    pub(crate) tracer: Tracer<'s>,
     /// Of the pixel's filter.
     pub(crate) weight: f32,
 }
 
+/// Samples that are computed together: enough that queries of all their rays are worth it, and few enough to stay near the processor.
+const TOGETHER: usize = 256;
+
 impl<I: Integrator> TileRenderer for I {
     fn render_tile(&self, scene: &SceneData, aovs: &[Aov], tile: &mut Tile, pass: &Pass) -> u64 {
-        let mut tracer = Tracer::new(scene);
-        for (place, pixel) in tile.pixels() {
-            for index in pass.samples.clone() {
-                let sample = camera_sample(self, &mut tracer, pixel, index);
+        let mut rays = 0;
+        let mut samples = Vec::with_capacity(TOGETHER);
+        let mut ids = tile
+            .pixels()
+            .flat_map(|(place, pixel)| pass.samples.clone().map(move |index| (place, pixel, index)))
+            .peekable();
+        while ids.peek().is_some() {
+            let taken: Vec<_> = ids.by_ref().take(TOGETHER).collect();
+            samples.clear();
+            samples.extend(taken.iter().map(|&(_, pixel, index)| CameraSample::begin(scene, pixel, index)));
+            finish(self, &mut samples);
+            for (sample, (place, pixel, index)) in samples.iter_mut().zip(taken) {
                 let taken = SampleId { pass: pass.number, pixel, index };
-                let kept = tile.add(place, sample.radiance, &sample.wavelengths, sample.weight, taken);
+                let kept = tile.add(place, sample.radiance, &sample.tracer.wavelengths, sample.weight, taken);
                 if kept && !aovs.is_empty() {
-                    tile.add_features(place, Features::of(&mut tracer, &sample.ray, aovs).values());
+                    let features = Features::of(&mut sample.tracer, &sample.ray, aovs);
+                    tile.add_features(place, features.values());
                 }
+                rays += sample.tracer.rays;
             }
         }
-        tracer.rays
+        rays
     }
 
-    fn sample(&self, scene: &SceneData, pixel: [u32; 2], index: u32) -> CameraSample {
-        camera_sample(self, &mut Tracer::new(scene), pixel, index)
+    fn sample<'s>(&self, scene: &'s SceneData, pixel: [u32; 2], index: u32) -> CameraSample<'s> {
+        let mut sample = [CameraSample::begin(scene, pixel, index)];
+        finish(self, &mut sample);
+        let [sample] = sample;
+        sample
     }
 }
 
-/// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, in
-/// spectral mode the wavelengths, then the integrator's.
-#[inline]
-fn camera_sample(
-    integrator: &impl Integrator,
-    tracer: &mut Tracer<'_>,
-    pixel: [u32; 2],
-    index: u32,
-) -> CameraSample {
-    tracer.sampler.start(pixel, index, 0);
-    let filtered = tracer.scene.filter.sample(tracer.sampler.pixel_2d());
-    let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
-    let CameraRay { ray, weight } = tracer.scene.camera.ray(film, tracer.sampler.next_2d());
-    tracer.wavelengths = match tracer.scene.color {
-        ColorMode::Rgb => Wavelengths::Rgb,
-        ColorMode::Spectral => Wavelengths::Sampled(HeroWavelengths::sample(tracer.sampler.next_1d())),
-    };
-    let radiance = if weight > 0.0 { integrator.radiance(tracer, ray) * weight } else { Spectrum::ZERO };
-    // Read after the path, which may have dropped some.
-    CameraSample { ray, radiance, wavelengths: tracer.wavelengths, weight: filtered.weight }
+/// Finds the radiances of samples that have begun.
+fn finish(integrator: &impl Integrator, samples: &mut [CameraSample<'_>]) {
+    integrator.radiances(samples);
+    for sample in samples {
+        sample.radiance =
+            if sample.throughput > 0.0 { sample.radiance * sample.throughput } else { Spectrum::ZERO };
+    }
+}
+
+impl<'s> CameraSample<'s> {
+    /// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, in
+    /// spectral mode the wavelengths, then the integrator's.
+    #[inline]
+    fn begin(scene: &'s SceneData, pixel: [u32; 2], index: u32) -> Self {
+        let mut tracer = Tracer::new(scene);
+        tracer.sampler.start(pixel, index, 0);
+        let filtered = scene.filter.sample(tracer.sampler.pixel_2d());
+        let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
+        let CameraRay { ray, weight: throughput } = scene.camera.ray(film, tracer.sampler.next_2d());
+        tracer.wavelengths = match scene.color {
+            ColorMode::Rgb => Wavelengths::Rgb,
+            ColorMode::Spectral => Wavelengths::Sampled(HeroWavelengths::sample(tracer.sampler.next_1d())),
+        };
+        Self { ray, throughput, radiance: Spectrum::ZERO, tracer, weight: filtered.weight }
+    }
 }
 
 /// The integrator that `description` asks for, in a scene with the given lights and radius; `media` tells whether there are

@@ -6,14 +6,15 @@
 //!
 //! In a scene file: `Integrator "path" "integer maxdepth" 8`, or `"volpath"` for scenes with media.
 
+mod together;
 mod volume;
 
 use sahl_accel::Hit;
 use sahl_math::Ray;
 use sahl_scene::PathTracer;
 
-use super::direct::Scattering;
-use super::{Integrator, Tracer};
+use super::direct::{Scattering, Unshadowed};
+use super::{CameraSample, Integrator, Tracer};
 use crate::bsdf::BsdfRoom;
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
@@ -56,6 +57,14 @@ struct Walk {
     spread: bool,
     /// What only scenes with media need.
     volume: Volume,
+}
+
+/// What happened to a path at a surface.
+struct Bounce<'s> {
+    /// Whether it goes on.
+    goes_on: bool,
+    /// Light from a light that it finds there, unless that is in shadow.
+    direct: Option<Unshadowed<'s>>,
 }
 
 /// How a path came to where it is.
@@ -128,12 +137,15 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         emitted * self.weight_of_found(path, at.light, || light.pdf(path.arrival.from.p, at))
     }
 
-    /// Light from one light, chosen at random, that the surface scatters along the path.
+    /// Light from one light, chosen at random, that the surface scatters along the path where it is not in shadow.
     #[inline]
-    fn direct(&self, tracer: &mut Tracer<'_>, scattering: &Scattering<'_>, from: &Vantage) -> Spectrum {
-        let Some(choice) = self.selection.choose(from, tracer.sampler.next_1d()) else {
-            return Spectrum::ZERO;
-        };
+    fn direct<'s>(
+        &self,
+        tracer: &mut Tracer<'s>,
+        scattering: &Scattering<'_>,
+        from: &Vantage,
+    ) -> Option<Unshadowed<'s>> {
+        let choice = self.selection.choose(from, tracer.sampler.next_1d())?;
         let scene = tracer.scene;
         let light = &scene.lights[choice.light as usize];
         scattering.light_from(light, tracer, |sample, bsdf_pdf| {
@@ -161,10 +173,16 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         true
     }
 
-    /// Adds the light of a surface to the path and scatters the path there; whether it goes on.
-    // One caller, and the heart of the loop.
+    /// Adds the light of a surface to the path, but for what may be in shadow, and scatters the path there.
+    // The heart of both loops.
     #[inline(always)]
-    fn bounce(&self, tracer: &mut Tracer<'_>, path: &mut Walk, at: &Interaction, hit: &Hit) -> bool {
+    fn bounce<'s>(
+        &self,
+        tracer: &mut Tracer<'s>,
+        path: &mut Walk,
+        at: &Interaction,
+        hit: &Hit,
+    ) -> Bounce<'s> {
         let wo = -path.ray.direction;
 
         // Add what the surface emits.
@@ -172,34 +190,40 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
 
         // End at the greatest depth.
         if path.depth == self.max_depth {
-            return false;
+            return Bounce { goes_on: false, direct: None };
         }
         path.depth += 1;
 
-        // Add light that comes straight from a light.
+        // Find light that comes straight from a light.
         let mut room = BsdfRoom::default();
         let bsdf = tracer.bsdf(at, TAMED && self.regularize && path.spread, &mut room);
         if MEDIA && tracer.wavelengths.is_terminated() {
             path.volume.ratios.follow_first();
         }
         let vantage = Vantage::on_surface(at, wo, bsdf.reach());
+        let mut direct = None;
         if !bsdf.is_specular() && !self.selection.is_empty() {
             let scattering = Scattering { at, bsdf: &bsdf, wo };
-            let direct = if MEDIA {
+            if MEDIA {
                 let vertex = Vertex::Surface(&scattering, hit);
-                self.direct_through_media(tracer, &mut path.volume, &vertex, &vantage)
+                let light = self.direct_through_media(tracer, &mut path.volume, &vertex, &vantage);
+                path.radiance += self.contribution(path, light);
             } else {
-                self.direct(tracer, &scattering, &vantage)
-            };
-            path.radiance += self.contribution(path, direct);
+                direct = self.direct(tracer, &scattering, &vantage);
+                if let Some(light) = &mut direct {
+                    light.radiance = self.contribution(path, light.radiance);
+                }
+            }
         }
 
         // Sample the direction from which the rest of the light comes.
         let (u_lobe, u) = (tracer.sampler.next_1d(), tracer.sampler.next_2d());
-        let Some(sample) = bsdf.sample(at.shading.to_local(wo), u_lobe, u) else { return false };
+        let Some(sample) = bsdf.sample(at.shading.to_local(wo), u_lobe, u) else {
+            return Bounce { goes_on: false, direct };
+        };
         let wi = at.shading.to_world(sample.wi);
         if !at.sides_agree(wo, wi) {
-            return false;
+            return Bounce { goes_on: false, direct };
         }
         path.throughput *= sample.weight;
         path.eta_scale *= sample.eta * sample.eta;
@@ -210,13 +234,13 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
             path.volume.leave(tracer.scene, at, hit, wi);
             path.volume.ratios.scatter(sample.pdf);
         }
-        self.survives(tracer, path)
+        Bounce { goes_on: self.survives(tracer, path), direct }
     }
-}
 
-impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
-    fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum {
-        let mut path = Walk {
+    /// A path that begins with `ray`.
+    #[inline]
+    fn begin(tracer: &mut Tracer<'_>, ray: Ray) -> Walk {
+        Walk {
             ray,
             radiance: Spectrum::ZERO,
             throughput: Spectrum::ONE,
@@ -225,12 +249,16 @@ impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
             depth: 0,
             spread: false,
             volume: if MEDIA { Volume::start(tracer) } else { Volume::EMPTY },
-        };
+        }
+    }
+
+    /// Follows a path to its end; returns what it has found.
+    fn follow(&self, tracer: &mut Tracer<'_>, path: &mut Walk) -> Spectrum {
         loop {
             // Find the next surface, and go through the medium before it.
             let hit = tracer.hit(&path.ray);
             if MEDIA {
-                match self.fly(tracer, &mut path, hit.as_ref()) {
+                match self.fly(tracer, path, hit.as_ref()) {
                     Flight::Passed => {}
                     Flight::Scattered => continue,
                     Flight::Ended => return path.radiance,
@@ -239,16 +267,40 @@ impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
 
             // End with the light of the sky where there is none.
             let Some(hit) = hit else {
-                return path.radiance + self.contribution(&path, self.escaped(tracer, &path));
+                return path.radiance + self.contribution(path, self.escaped(tracer, path));
             };
             let at = tracer.scene.interaction(&path.ray, &hit);
             if MEDIA && tracer.scene.is_border(&hit) {
                 path.cross(tracer.scene, &at, &hit);
                 continue;
             }
-            if !self.bounce(tracer, &mut path, &at, &hit) {
+            let Bounce { goes_on, direct } = self.bounce(tracer, path, &at, &hit);
+            if let Some(light) = direct
+                && !tracer.is_in_shadow(&light.ray, light.light)
+            {
+                path.radiance += light.radiance;
+            }
+            if !goes_on {
                 return path.radiance;
             }
+        }
+    }
+}
+
+impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
+    fn radiance(&self, tracer: &mut Tracer<'_>, ray: Ray) -> Spectrum {
+        let mut path = Self::begin(tracer, ray);
+        self.follow(tracer, &mut path)
+    }
+
+    fn radiances(&self, samples: &mut [CameraSample<'_>]) {
+        if MEDIA {
+            // What lies on the way is not found by one query a ray.
+            samples
+                .iter_mut()
+                .for_each(|sample| sample.radiance = self.radiance(&mut sample.tracer, sample.ray));
+        } else {
+            self.follow_together(samples);
         }
     }
 }

@@ -7,7 +7,7 @@ use sahl_math::{Ray, Vec3};
 
 use crate::bsdf::{Bsdf, BsdfRoom};
 use crate::interaction::Interaction;
-use crate::light::{Light, LightSample};
+use crate::light::Light;
 use crate::sampler::Sampler;
 use crate::scene::SceneData;
 use crate::spectrum::{Spectrum, Wavelengths};
@@ -61,19 +61,15 @@ impl<'a> Tracer<'a> {
         self.scene.is_occluded(ray)
     }
 
-    /// Whether anything lies between a surface and what `sample` found of `light` from it.
+    /// Whether anything lies on a ray to a point of `light`.
     #[inline]
-    pub(crate) fn is_in_shadow(&mut self, at: &Interaction, sample: &LightSample, light: &Light) -> bool {
-        let ray = match sample.end {
-            Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end).with_time(at.time),
-            None => at.spawn(sample.wi),
-        };
-        self.is_occluded(&ray) && !self.ends_at(&ray, light)
+    pub(crate) fn is_in_shadow(&mut self, ray: &Ray, light: &Light) -> bool {
+        self.is_occluded(ray) && !self.ends_at(ray, light)
     }
 
     /// Whether what blocks a ray to a point of `light` is nothing but the light.
     #[inline(never)]
-    fn ends_at(&mut self, ray: &Ray, light: &Light) -> bool {
+    pub(crate) fn ends_at(&mut self, ray: &Ray, light: &Light) -> bool {
         light.may_block_itself(ray.direction.length())
             && self.hit(ray).is_some_and(|hit| self.is_target(ray, &hit, light))
     }

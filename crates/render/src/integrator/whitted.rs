@@ -47,7 +47,10 @@ impl Whitted {
             // Add the light of every light.
             let scene = tracer.scene;
             for light in &scene.lights {
-                radiance += scattering.light_from(light, tracer, |_, _| 1.0);
+                let Some(lit) = scattering.light_from(light, tracer, |_, _| 1.0) else { continue };
+                if !tracer.is_in_shadow(&lit.ray, light) {
+                    radiance += lit.radiance;
+                }
             }
         } else if depth < self.max_depth {
             // Follow reflection and refraction: the two ends of the range of lobes.
