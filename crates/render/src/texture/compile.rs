@@ -197,6 +197,8 @@ impl Compiler<'_> {
 
     /// The node of a texture whose children are done; `None` if its image is missing.
     fn node(&mut self, texture: &Texture, span: Option<Span>) -> Option<Node> {
+        self.textures.needs_footprint |=
+            matches!(texture, Texture::Checkerboard { .. } | Texture::SolidCheckerboard { .. });
         let mut child = |param: &SpectrumParam| self.spectrum_child(param, span);
         Some(match texture {
             Texture::Constant(spectrum) => Node::Constant(constant(spectrum, span, self.diagnostics)),

@@ -6,13 +6,14 @@
 //! the stack or stall a pixel: cycles, and textures that would evaluate too many others, are errors.
 //!
 //! A texture is evaluated at a [`TexturePoint`], which knows how much of the surface a pixel of the picture covers. Only
-//! noise and the filters `trilinear` and `EWA` ask for that; all others leave smoothing to the samples of the pixel.
+//! noise, checkerboards and the filters `trilinear` and `EWA` ask for that; all others leave smoothing to the samples of the pixel.
 //!
 //! Deliberately absent: differentials carried along paths. The camera estimates the footprint at any point, as pbrt-v4
 //! does.
 //!
 //! In a scene file: `Texture "floor" "spectrum" "checkerboard" "float uscale" 8 "float vscale" 8 "rgb tex1" [.8 .2 .1]`.
 
+mod checks;
 mod compile;
 mod filter;
 mod image;
@@ -249,10 +250,13 @@ impl Textures {
             }
             Node::Checkerboard { mapping, even, odd } => {
                 let st = mapping.map(at);
-                value(if is_even([st.x, st.y]) { even } else { odd })
+                let amount = checks::odd_share([st.x, st.y], checks::reach(&mapping.differentials(at)));
+                blend(amount, |is_odd| value(if is_odd { odd } else { even }))
             }
             Node::SolidCheckerboard { to_texture, even, odd } => {
-                value(if is_even(<[f32; 3]>::from(to_texture.point(at.p))) { even } else { odd })
+                let reach = checks::solid_reach(&at.footprint, |v| to_texture.vector(v));
+                let amount = checks::odd_share(<[f32; 3]>::from(to_texture.point(at.p)), reach);
+                blend(amount, |is_odd| value(if is_odd { odd } else { even }))
             }
             Node::Dots { mapping, inside, outside } => {
                 let st = mapping.map(at);
@@ -279,13 +283,6 @@ where
     } else {
         value(false) * (1.0 - amount) + value(true) * amount
     }
-}
-
-/// Whether the integer parts of the coordinates have an even sum.
-#[inline]
-fn is_even<const N: usize>(coordinates: [f32; N]) -> bool {
-    // Parities add up without overflow; casts saturate.
-    coordinates.into_iter().fold(0, |parity, x| parity ^ (x.floor() as i64 & 1)) == 0
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@ use super::dielectric::LobeSample;
 use super::{BsdfSample, Conductor, Dielectric, Diffuse, Reach, Scatter, ScatterKind, fresnel};
 use crate::medium::HenyeyGreenstein;
 use crate::spectrum::Spectrum;
+use crate::warp::UNIFORM_SPHERE_PDF;
 use walk::{Random, power_heuristic, transmittance};
 
 /// The layer over a base: an interface, and matter below it.
@@ -271,6 +272,29 @@ impl<B: Scatter> Coated<B> {
         entry.share * density
     }
 
+    /// What pbrt-v4 takes for the density of `wi`. It is not normalised, and only divides the work between ways to find light; where
+    /// values are too bright it also says how much of that is seen.
+    fn bright_pdf(&self, wo: Vec3, wi: Vec3, random: &mut Random) -> f32 {
+        let surface = &self.coat.surface;
+        let reflected = surface.lobe_pdf(wo, wi);
+        let Some(entry) = surface.sample_lobe(wo, true, random.next_2d()) else { return reflected };
+        let Some(inside) = surface.sample_lobe(wi, true, random.next_2d()) else { return reflected };
+        let wo = -entry.wi;
+        if surface.is_specular() {
+            return reflected + self.base.pdf(wo, -inside.wi);
+        }
+        let (u_lobe, u) = (random.next_1d(), random.next_2d());
+        let Some(sample) = self.base.sample(wo, u_lobe, u) else { return reflected };
+        let leaving = surface.pdf(-sample.wi, wi);
+        if sample.kind.is_specular() {
+            return reflected + leaving;
+        }
+        let by_base = self.base.pdf(wo, -inside.wi);
+        reflected
+            + power_heuristic(inside.pdf, by_base) * by_base
+            + power_heuristic(sample.pdf, leaving) * leaving
+    }
+
     /// The walk of a sample that passed the interface.
     fn walk_out(&self, wo: Vec3, first: &BsdfSample, random: &mut Random) -> Option<BsdfSample> {
         let mut walk = Walk { throughput: first.weight, z: self.coat.thickness, w: first.wi };
@@ -355,6 +379,11 @@ impl<B: Scatter> Scatter for Coated<B> {
         }
         // Numbers of their own: the weight of a strategy must not depend on the noise of what it weighs.
         let mut random = Random::new(self.place, wi, wo);
+        if self.coat.is_bright {
+            let found: f32 = (0..self.coat.samples).map(|_| self.bright_pdf(wo, wi, &mut random)).sum();
+            let uniform = UNIFORM_SHARE * UNIFORM_SPHERE_PDF;
+            return (1.0 - UNIFORM_SHARE) * found / self.coat.samples.max(1) as f32 + uniform;
+        }
         let below: f32 = (0..self.coat.samples).map(|_| self.density_below(wo, wi, &mut random)).sum();
         let found = self.coat.surface.pdf(wo, wi) + below / self.coat.samples.max(1) as f32;
         (1.0 - UNIFORM_SHARE) * found + UNIFORM_SHARE * (wi.z * FRAC_1_PI)
