@@ -80,12 +80,14 @@ impl Sensor {
     }
 }
 
-/// From XYZ to `space`. The standards round the XYZ of their white; here the tabulated illuminant is exactly white.
+/// From XYZ to `space`. The standards round the XYZ of their white; here the tabulated illuminant is exactly white, and the primaries
+/// keep their chromaticities.
 fn from_xyz(space: ColorSpace) -> [[f64; 3]; 3] {
-    let rounded = space.rgb_to_xyz_matrix().map(|row| row.iter().sum::<f64>());
-    let white = cie::xyz(|nm| cie::white(space).at(nm));
-    let scale: [f64; 3] = std::array::from_fn(|i| rounded[i] / f64::from(white[i]));
-    space.xyz_to_rgb_matrix().map(|row| std::array::from_fn(|i| row[i] * scale[i]))
+    let white = cie::xyz(|nm| cie::white(space).at(nm)).map(f64::from);
+    space.xyz_to_rgb_matrix().map(|row| {
+        let seen: f64 = row.into_iter().zip(white).map(|(x, white)| x * white).sum();
+        row.map(|x| x / seen)
+    })
 }
 
 #[inline]
