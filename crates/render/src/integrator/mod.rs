@@ -1,8 +1,9 @@
 //! Light transport algorithms.
 //!
-//! Design decision: an integrator is its settings and one method, the radiance along a camera ray; what a thread needs
-//! to compute it (scene, sampler, count of rays) is a [`Tracer`]. The scene holds the integrator as a [`TileRenderer`],
-//! so that there is one dynamic call a tile, and everything below it is compiled for the integrator at hand.
+//! Design decision: an integrator is its settings and one method, the radiance along a camera ray; what is needed
+//! to compute it (scene, sampler, count of rays) is a [`Tracer`]. One that is faster with many samples at once has a second method, and
+//! gives the same numbers. The scene holds the integrator as a [`TileRenderer`], so that there is one dynamic call a tile, and everything
+//! below it is compiled for the integrator at hand.
 //!
 //! Deliberately absent: loops over pixels (the tile), and anything that outlives a sample.
 

@@ -1,4 +1,4 @@
-//! What one thread needs to compute samples.
+//! What it takes to compute a sample.
 
 use std::ptr;
 
@@ -12,7 +12,7 @@ use crate::sampler::Sampler;
 use crate::scene::SceneData;
 use crate::spectrum::{Spectrum, Wavelengths};
 
-/// The state of one thread: the scene, its sampler at the current sample, and a count of rays.
+/// The state of a sample on its way: the scene, the sampler, and a count of rays.
 pub(crate) struct Tracer<'a> {
     pub(crate) scene: &'a SceneData,
     pub(crate) sampler: Sampler,

@@ -68,6 +68,18 @@ fn threads_and_tiles_do_not_change_a_bit() {
 }
 
 #[test]
+fn a_sample_alone_is_the_one_of_the_image() {
+    // In the image paths go side by side; alone there is only one.
+    let mut description = scene(1);
+    description.filter = Filter::Box { radius: [0.5; 2] };
+    let scene = built(&description);
+    let image = render(&scene, &options(1, 16), &()).film.develop();
+    let pixels = (2..35).flat_map(|y| (3..50).map(move |x| [x, y]));
+    let alone: Vec<u32> = pixels.flat_map(|pixel| scene.sample(pixel, 0).rgb).map(f32::to_bits).collect();
+    assert!(bits(&image) == alone);
+}
+
+#[test]
 fn features_do_not_change_the_image_and_seeds_do() {
     let description = scene(5);
     let plain = RenderOptions { threads: 1, ..RenderOptions::default() };
