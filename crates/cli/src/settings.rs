@@ -53,6 +53,7 @@ pub(crate) struct Edits {
     max_depth: Option<u32>,
     clamp_indirect: Option<f32>,
     regularize: bool,
+    smooth_terminator: bool,
     color: Option<ColorMode>,
     width: Option<u32>,
     height: Option<u32>,
@@ -81,6 +82,7 @@ impl Settings {
             max_depth: args.sampling.max_depth,
             clamp_indirect: args.sampling.clamp_indirect,
             regularize: args.sampling.regularize,
+            smooth_terminator: args.sampling.smooth_terminator,
             color: args.sampling.color,
             width: resolution.map(|[width, _]| width),
             height: resolution.map(|[_, height]| height),
@@ -223,21 +225,22 @@ impl Edits {
         }
     }
 
-    /// Sets what trades bias for less noise.
+    /// Sets what makes path tracing differ from the physics of the scene.
     fn tame(&self, integrator: &mut Integrator) -> Result<(), Failure> {
         if let Some(limit) = self.clamp_indirect
             && !(limit > 0.0 && limit.is_finite())
         {
             return Err(Failure::usage(format!("`--clamp-indirect {limit}`: expected a number above zero")));
         }
-        if self.clamp_indirect.is_none() && !self.regularize {
+        if self.clamp_indirect.is_none() && !self.regularize && !self.smooth_terminator {
             return Ok(());
         }
         let Integrator::Path(path) = integrator else {
-            let message =
-                "`--clamp-indirect` and `--regularize` have a meaning for the integrator `path` alone";
+            let message = "`--clamp-indirect`, `--regularize` and `--smooth-terminator` have a meaning for the \
+                           integrator `path` alone";
             return Err(Failure::usage(message));
         };
+        path.smooth_terminator |= self.smooth_terminator;
         path.clamp_indirect = self.clamp_indirect.or(path.clamp_indirect);
         path.regularize |= self.regularize;
         Ok(())

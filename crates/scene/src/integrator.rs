@@ -36,10 +36,13 @@ pub struct PathTracer {
     /// The greatest value in any lane that one contribution of indirect light may have: of light that was scattered more
     /// than once on its way to the camera. That is a bias, for fewer fireflies; `None` leaves light as it is.
     pub clamp_indirect: Option<f32>,
+    /// Whether meshes with shading normals are lit as the smooth surfaces that they stand for, where they bulge: grazing light then
+    /// ends where it ends on those, not at the edges of facets. Rays leave from points above the facets.
+    pub smooth_terminator: bool,
 }
 
 impl Default for PathTracer {
-    /// pbrt's default depth; media are there, and nothing is biased.
+    /// pbrt's default depth; media are there, nothing is biased, and facets are facets.
     fn default() -> Self {
         Self {
             max_depth: 5,
@@ -47,6 +50,7 @@ impl Default for PathTracer {
             media: true,
             regularize: false,
             clamp_indirect: None,
+            smooth_terminator: false,
         }
     }
 }

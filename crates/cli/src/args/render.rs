@@ -58,6 +58,9 @@ pub(crate) struct SamplingArgs {
     /// See mirrors as rougher by light that was spread before: less noise, softer caustics.
     #[arg(long)]
     pub(crate) regularize: bool,
+    /// Light meshes as the smooth surfaces that their normals stand for: no facets where light grazes.
+    #[arg(long)]
+    pub(crate) smooth_terminator: bool,
     /// Carry colour as sampled wavelengths or as RGB, if not as the scene says: pbrt files spectral, others RGB.
     #[arg(long, value_name = "MODE")]
     pub(crate) color: Option<ColorMode>,

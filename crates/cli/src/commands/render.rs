@@ -241,9 +241,10 @@ impl Job<'_> {
 /// What makes the image differ from the expectation of unbiased samples.
 fn attributes(integrator: &Integrator, film: &Film) -> Vec<(String, Attribute)> {
     let mut attributes = Vec::new();
-    if let Integrator::Path(PathTracer { clamp_indirect, regularize, .. }) = integrator {
+    if let Integrator::Path(PathTracer { clamp_indirect, regularize, smooth_terminator, .. }) = integrator {
         attributes.extend(clamp_indirect.map(|limit| ("clampIndirect".to_owned(), Attribute::Float(limit))));
         attributes.extend(regularize.then(|| ("regularize".to_owned(), Attribute::Int(1))));
+        attributes.extend(smooth_terminator.then(|| ("smoothTerminator".to_owned(), Attribute::Int(1))));
     }
     if film.dropped() > 0 {
         // The samples that can be replayed, as column, row and number.

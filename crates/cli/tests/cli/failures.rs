@@ -25,6 +25,7 @@ fn senseless_requests_are_usage_errors() {
     fails(&["render", "--camera", "1"], 2, "one camera");
     fails(&["render", "--integrator", "ao", "--max-depth", "3"], 2, "no meaning");
     fails(&["render", "--integrator", "ao", "--clamp-indirect", "3"], 2, "alone");
+    fails(&["render", "--integrator", "whitted", "--smooth-terminator"], 2, "alone");
     fails(&["render", "--clamp-indirect", "0"], 2, "above zero");
     fails(&["render", "-D", "ssp=4"], 2, "did you mean `spp`?");
     fails(&["render", "-Dspp=four"], 2, "`four` is no spp");

@@ -18,7 +18,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use sahl_math::{Ray, Vec2};
-use sahl_scene::ColorMode;
+use sahl_scene::{ColorMode, PathTracer};
 
 use crate::Aov;
 use crate::aov::Features;
@@ -142,6 +142,11 @@ impl<'s> CameraSample<'s> {
     }
 }
 
+/// Whether the settings ask for anything that makes the image differ from the physics of the scene.
+fn is_tamed(settings: &PathTracer) -> bool {
+    settings.regularize || settings.clamp_indirect.is_some() || settings.smooth_terminator
+}
+
 /// The integrator that `description` asks for, in a scene with the given lights and radius; `media` tells whether there are
 /// any that it must know of.
 pub(crate) fn new(
@@ -153,7 +158,7 @@ pub(crate) fn new(
     match *description {
         sahl_scene::Integrator::Path(settings) => {
             let selection = LightSelection::new(settings.light_sampler, lights, scene_radius);
-            match (media, settings.regularize || settings.clamp_indirect.is_some()) {
+            match (media, is_tamed(&settings)) {
                 (false, false) => Box::new(Path::<false, false>::new(&settings, selection)),
                 (false, true) => Box::new(Path::<false, true>::new(&settings, selection)),
                 (true, false) => Box::new(Path::<true, false>::new(&settings, selection)),

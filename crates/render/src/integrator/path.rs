@@ -15,7 +15,7 @@ use sahl_scene::PathTracer;
 
 use super::direct::{Scattering, Unshadowed};
 use super::{CameraSample, Integrator, Tracer};
-use crate::bsdf::BsdfRoom;
+use crate::bsdf::{BsdfRoom, Reach};
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
 use crate::spectrum::Spectrum;
@@ -24,7 +24,8 @@ use volume::{Flight, Vertex, Volume};
 
 /// Path tracing with next-event estimation, multiple importance sampling and Russian roulette.
 ///
-/// `MEDIA`: whether there are any; `TAMED`: whether anything trades bias for less noise. Scenes without either have an
+/// `MEDIA`: whether there are any; `TAMED`: whether anything makes the image differ from the physics of the scene, for less noise
+/// or for surfaces that look smooth. Scenes without either have an
 /// integrator of their own that knows nothing of it.
 #[derive(Debug)]
 pub(crate) struct Path<const MEDIA: bool, const TAMED: bool> {
@@ -32,6 +33,7 @@ pub(crate) struct Path<const MEDIA: bool, const TAMED: bool> {
     selection: LightSelection,
     regularize: bool,
     clamp_indirect: f32,
+    smooth_terminator: bool,
 }
 
 /// From this depth on every path ends some time, however bright it is: light can be caught in glass without loss.
@@ -80,9 +82,9 @@ struct Arrival {
 impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Paths with the given settings, and with lights chosen by `selection`.
     pub(crate) fn new(settings: &PathTracer, selection: LightSelection) -> Self {
-        let PathTracer { max_depth, regularize, clamp_indirect, .. } = *settings;
+        let PathTracer { max_depth, regularize, clamp_indirect, smooth_terminator, .. } = *settings;
         let clamp_indirect = clamp_indirect.unwrap_or(f32::INFINITY);
-        Self { max_depth, selection, regularize, clamp_indirect }
+        Self { max_depth, selection, regularize, clamp_indirect, smooth_terminator }
     }
 
     /// What the path adds to the sample for light that it found.
@@ -200,6 +202,13 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         if MEDIA && tracer.wavelengths.is_terminated() {
             path.volume.ratios.follow_first();
         }
+        let lifted;
+        let at = if TAMED && self.smooth_terminator && bsdf.reach() == Reach::OneSide {
+            lifted = tracer.lifted(at, wo);
+            &lifted
+        } else {
+            at
+        };
         let vantage = Vantage::on_surface(at, wo, bsdf.reach());
         let mut direct = None;
         if !bsdf.is_specular() && !self.selection.is_empty() {

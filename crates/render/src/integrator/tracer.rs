@@ -83,6 +83,17 @@ impl<'a> Tracer<'a> {
             && self.scene.light(&self.scene.interaction(ray, hit)).is_some_and(|found| ptr::eq(found, light))
     }
 
+    /// The point of the smooth surface that a mesh stands for, above `at` as it is seen from `wo`; `at` where there is none, and where something
+    /// stands between the two.
+    #[inline(never)]
+    pub(crate) fn lifted(&mut self, at: &Interaction, wo: Vec3) -> Interaction {
+        let attributes = &self.scene.attributes[at.place.geometry as usize];
+        let Some(lifted) = attributes.lifted(&self.scene.accel, at, wo) else { return *at };
+        let end = (lifted.p, Vec3::ZERO, Vec3::ZERO);
+        let way = Ray::spawn_to((at.p, at.p_error, at.ng), end).with_time(at.time);
+        if self.is_occluded(&way) { *at } else { lifted }
+    }
+
     /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there. `room` is where
     /// a BSDF with many parameters is kept.
     #[inline]

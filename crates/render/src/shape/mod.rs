@@ -15,6 +15,7 @@ mod quadric;
 mod rectangle;
 mod sphere;
 mod surface_map;
+mod terminator;
 mod triangle;
 
 pub(crate) use attributes::{Attributes, Border};

@@ -12,3 +12,4 @@ mod many_lights;
 mod media;
 mod shapes;
 mod spectral;
+mod terminator;

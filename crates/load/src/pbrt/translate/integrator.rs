@@ -68,6 +68,7 @@ fn path(p: &Reader<'_>, space: Space) -> PathTracer {
         media: space == Space::Filled,
         regularize: p.bool("regularize", false),
         clamp_indirect: None,
+        smooth_terminator: false,
     }
 }
 
