@@ -44,9 +44,14 @@ pub(crate) trait Integrator: Debug + Send + Sync {
 
     /// [`Self::radiance`] of many samples that have begun, the same to the last bit, for integrators that are faster together.
     fn radiances(&self, samples: &mut [CameraSample<'_>]) {
-        for sample in samples {
-            sample.radiance = self.radiance(&mut sample.tracer, sample.ray);
-        }
+        one_by_one(self, samples);
+    }
+}
+
+/// [`Integrator::radiances`] by [`Integrator::radiance`].
+fn one_by_one(integrator: &(impl Integrator + ?Sized), samples: &mut [CameraSample<'_>]) {
+    for sample in samples.iter_mut().filter(|sample| sample.reaches_scene()) {
+        sample.radiance = integrator.radiance(&mut sample.tracer, sample.ray);
     }
 }
 
@@ -119,8 +124,7 @@ impl<I: Integrator> TileRenderer for I {
 fn finish(integrator: &impl Integrator, samples: &mut [CameraSample<'_>]) {
     integrator.radiances(samples);
     for sample in samples {
-        sample.radiance =
-            if sample.throughput > 0.0 { sample.radiance * sample.throughput } else { Spectrum::ZERO };
+        sample.radiance *= sample.throughput;
     }
 }
 
@@ -139,6 +143,12 @@ impl<'s> CameraSample<'s> {
             ColorMode::Spectral => Wavelengths::Sampled(HeroWavelengths::sample(tracer.sampler.next_1d())),
         };
         Self { ray, throughput, radiance: Spectrum::ZERO, tracer, weight: filtered.weight }
+    }
+
+    /// Whether the camera lets the ray through; otherwise there is none.
+    #[inline]
+    fn reaches_scene(&self) -> bool {
+        self.throughput > 0.0
     }
 }
 

@@ -14,7 +14,7 @@ use sahl_math::Ray;
 use sahl_scene::PathTracer;
 
 use super::direct::{Scattering, Unshadowed};
-use super::{CameraSample, Integrator, Tracer};
+use super::{CameraSample, Integrator, Tracer, one_by_one};
 use crate::bsdf::{BsdfRoom, Reach};
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
@@ -305,9 +305,7 @@ impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
     fn radiances(&self, samples: &mut [CameraSample<'_>]) {
         if MEDIA {
             // What lies on the way is not found by one query a ray.
-            samples
-                .iter_mut()
-                .for_each(|sample| sample.radiance = self.radiance(&mut sample.tracer, sample.ray));
+            one_by_one(self, samples);
         } else {
             self.follow_together(samples);
         }

@@ -40,10 +40,15 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Follows the paths of all samples to their ends.
     pub(super) fn follow_together(&self, samples: &mut [CameraSample<'_>]) {
         let Some(scene) = samples.first().map(|sample| sample.tracer.scene) else { return };
+        let active: Vec<u32> = (0..)
+            .zip(samples.iter())
+            .filter(|(_, sample)| sample.reaches_scene())
+            .map(|(place, _)| place)
+            .collect();
         let walks = samples.iter_mut().map(|sample| Self::begin(&mut sample.tracer, sample.ray)).collect();
         let mut paths = Paths {
             walks,
-            active: (0..samples.len() as u32).collect(),
+            active,
             rays: Vec::with_capacity(samples.len()),
             hits: vec![None; samples.len()],
             shadows: Shadows::default(),
