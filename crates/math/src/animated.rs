@@ -21,10 +21,11 @@ const MAX_POLAR_STEPS: u32 = 128;
 /// The rows of a 3 × 4 matrix, in the precision in which maps are composed.
 pub type Rows = [[f64; 4]; 3];
 
-/// An affine map `p ↦ R(x) S(x) p + t(x)` that goes from one map to another during a part of the time that the shutter is open.
+/// An affine map `p ↦ R(x) S(x) (p − c) + t(x)` that goes from one map to another during a part of the time that the shutter is open.
 ///
 /// `x` runs from 0 to 1; `t` and `S` (scale and shear) are linear in it, `R` is the rotation at the start followed by the part `x` of the
-/// shortest rotation to that at the end. Before and after the motion the map is that of the start and of the end.
+/// shortest rotation to that at the end. Before and after the motion the map is that of the start and of the end. The pivot `c` is the
+/// point that goes along a straight line: the origin, unless [`Self::about`] says otherwise.
 ///
 /// Source: Shoemake, Duff, *Matrix Animation and Polar Decomposition*, Graphics Interface 1992; Pharr, Jakob, Humphreys, *Physically
 /// Based Rendering*, 4th ed., 2023, section 3.9.8 and Shoemake, *Animating Rotation with Quaternion Curves*, SIGGRAPH 1985, for the
@@ -34,6 +35,8 @@ pub type Rows = [[f64; 4]; 3];
 pub struct AnimatedTransform {
     ends: [Transform; 2],
     times: [f32; 2],
+    pivot: DVec3,
+    /// Where the pivot is at both ends.
     translation: [DVec3; 2],
     /// The rotation at the start, and from there to that at the end.
     rotation: DMat3,
@@ -47,6 +50,8 @@ pub struct AnimatedTransform {
 struct Motion {
     ends: [Transform; 2],
     times: [f32; 2],
+    #[serde(default)]
+    pivot: [f64; 3],
 }
 
 impl AnimatedTransform {
@@ -68,12 +73,26 @@ impl AnimatedTransform {
         Some(Self {
             ends: [start, end],
             times,
+            pivot: DVec3::ZERO,
             translation: exact.map(|map| map.translation),
             rotation: first,
             axis,
             angle: 2.0 * sine.atan2(way.w),
             stretch: [first_stretch, last_stretch],
         })
+    }
+
+    /// The motion between the same maps in which another point goes along a straight line: `pivot`, in the space that is mapped.
+    #[must_use]
+    pub fn about(mut self, pivot: [f64; 3]) -> Self {
+        self.pivot = DVec3::from(pivot);
+        self.translation = self.ends.map(|end| end.exact().transform_point3(self.pivot));
+        self
+    }
+
+    /// The point that goes along a straight line, in the space that is mapped.
+    pub fn pivot(&self) -> [f64; 3] {
+        self.pivot.to_array()
     }
 
     /// The maps before and after the motion.
@@ -122,8 +141,10 @@ impl AnimatedTransform {
         }
         let acceleration =
             corners.map(|corner| self.greatest_acceleration(corner)).into_iter().fold(0.0, f64::max);
-        // What rounding in f64 may add to coordinates of this size, many times over.
-        let rounding = 1024.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        // What rounding in f64 may add where terms of this size are added up, many times over.
+        let rounding = 1024.0
+            * f64::EPSILON
+            * corners.map(|corner| self.greatest_term(corner)).into_iter().fold(0.0, f64::max);
         let slack = DVec3::splat(acceleration * step * step / 8.0 + rounding);
         let to_f32 = |p: DVec3| Vec3::new(p.x as f32, p.y as f32, p.z as f32);
         Bounds3 { min: to_f32(low - slack).map(f32::next_down), max: to_f32(high + slack).map(f32::next_up) }
@@ -131,8 +152,18 @@ impl AnimatedTransform {
 
     /// Bounds the second derivative of the path of a point.
     fn greatest_acceleration(&self, p: DVec3) -> f64 {
-        let [a, b] = self.stretch.map(|stretch| stretch * p);
+        let [a, b] = self.stretch.map(|stretch| stretch * (p - self.pivot));
         self.angle * self.angle * a.length().max(b.length()) + 2.0 * self.angle * (b - a).length()
+    }
+
+    /// Bounds all that is added up to where a point is.
+    fn greatest_term(&self, p: DVec3) -> f64 {
+        let reach = p.abs() + self.pivot.abs();
+        let term = |end: usize| {
+            let [x, y, z] = [0, 1, 2].map(|axis| self.stretch[end].col(axis).length() * reach[axis]);
+            x + y + z + self.translation[end].length()
+        };
+        term(0).max(term(1))
     }
 
     /// How far the motion is at a time.
@@ -163,7 +194,8 @@ impl AnimatedTransform {
         let turned = DMat3::from_axis_angle(self.axis, x * self.angle) * self.rotation;
         let [first, last] = self.stretch;
         let [from, to] = self.translation;
-        DAffine3 { matrix3: turned * (first * (1.0 - x) + last * x), translation: from * (1.0 - x) + to * x }
+        let matrix3 = turned * (first * (1.0 - x) + last * x);
+        DAffine3 { matrix3, translation: from * (1.0 - x) + to * x - matrix3 * self.pivot }
     }
 }
 
@@ -191,13 +223,15 @@ impl TryFrom<Motion> for AnimatedTransform {
 
     fn try_from(motion: Motion) -> Result<Self, Self::Error> {
         let [start, end] = motion.ends;
-        Self::new(start, end, motion.times).ok_or("a motion through a singular map, or in no time")
+        let found =
+            Self::new(start, end, motion.times).ok_or("a motion through a singular map, or in no time");
+        found.map(|found| found.about(motion.pivot))
     }
 }
 
 impl From<AnimatedTransform> for Motion {
     fn from(animated: AnimatedTransform) -> Self {
-        Self { ends: animated.ends, times: animated.times }
+        Self { ends: animated.ends, times: animated.times, pivot: animated.pivot() }
     }
 }
 
@@ -227,7 +261,9 @@ mod tests {
             (sheared, product(&[rotate(0.8, [0.0, 1.0, 0.0]), sheared, scale(0.1, 0.2, 3.0)])),
             (scale(-1.0, 2.0, 3.0), product(&[rotate(1.2, [1.0, 1.0, 0.0]), scale(1.0, -0.5, 1.0)])),
         ];
-        ends.map(|(start, end)| AnimatedTransform::new(start, end, [0.0, 1.0]).unwrap()).into()
+        let motions = ends.map(|(start, end)| AnimatedTransform::new(start, end, [0.0, 1.0]).unwrap());
+        let about = motions.clone().map(|motion| motion.about([0.5, -0.2, 0.3]));
+        motions.into_iter().chain(about).collect()
     }
 
     fn farthest(a: Vec3, b: Vec3) -> f32 {
@@ -257,6 +293,19 @@ mod tests {
         let growing =
             AnimatedTransform::new(Transform::IDENTITY, Transform::scale(3.0, 5.0, 1.0).unwrap(), [0.0, 1.0]);
         assert!(farthest(growing.unwrap().at(0.5).point(Vec3::ONE), Vec3::new(2.0, 3.0, 1.0)) < 1e-6);
+    }
+
+    #[test]
+    fn the_pivot_goes_along_a_straight_line() {
+        for motion in motions() {
+            let pivot = Vec3::from(motion.pivot().map(|x| x as f32));
+            let [start, end] = motion.ends().map(|end| end.point(pivot));
+            for time in [0.0, 0.1, 0.5, 0.9, 1.0] {
+                let on_line = start * (1.0 - time) + end * time;
+                let size = start.abs().max_component().max(end.abs().max_component()).max(1.0);
+                assert!(farthest(motion.at(time).point(pivot), on_line) < 1e-5 * size, "{motion:?}");
+            }
+        }
     }
 
     #[test]

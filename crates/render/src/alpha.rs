@@ -1,8 +1,8 @@
 //! Surfaces that are partly there: alpha masks.
 //!
 //! Where a ray meets such a surface, alpha is the probability that the surface is there for that ray; the decision is a hash of the ray
-//! and the hit, so that a sample stays a pure function of what it is of. The search goes on behind a surface that is not there,
-//! along the same ray: the hits that count begin behind it.
+//! and the hit, so that a sample stays a pure function of what it is of. The accelerator asks for it as a filter of hits while it
+//! searches: a surface that is not there hides nothing, not even what lies in the same place.
 //!
 //! In a scene file: `Shape "plymesh" "string filename" "leaf.ply" "texture alpha" "leaf-shape"`.
 //!
@@ -14,20 +14,19 @@ use sahl_math::{Ray, Vec3};
 
 use crate::sampler::{mix, to_unit};
 use crate::scene::SceneData;
-use crate::texture::{FloatSource, TexturePoint};
+use crate::texture::TexturePoint;
 
 impl SceneData {
     /// Where `ray` first meets a surface that is there.
     #[inline]
     pub(crate) fn first_hit(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.accel.intersect(ray)?;
-        if self.has_alpha { self.first_there(*ray, hit) } else { Some(hit) }
+        if self.has_alpha { self.first_there(ray) } else { self.accel.intersect(ray) }
     }
 
     /// Whether any surface along `ray` is there.
     #[inline]
     pub(crate) fn is_occluded(&self, ray: &Ray) -> bool {
-        if self.has_alpha { self.first_hit(ray).is_some() } else { self.accel.occluded(ray) }
+        if self.has_alpha { self.is_anything_there(ray) } else { self.accel.occluded(ray) }
     }
 
     /// [`Self::first_hit`] of many rays; `alike` says that those that follow each other go nearly the same way.
@@ -39,36 +38,37 @@ impl SceneData {
         }
         if self.has_alpha {
             for (ray, hit) in rays.iter().zip(hits) {
-                *hit = hit.and_then(|hit| self.first_there(*ray, hit));
+                if hit.is_some_and(|hit| !self.is_there(ray, &hit)) {
+                    *hit = self.first_there(ray);
+                }
             }
         }
     }
 
     /// [`Self::is_occluded`] of many rays.
     pub(crate) fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.accel.occluded_batch(rays, occluded);
         if self.has_alpha {
             for (ray, occluded) in rays.iter().zip(occluded) {
-                *occluded = self.is_occluded(ray);
+                *occluded = *occluded && self.is_anything_there(ray);
             }
-        } else {
-            self.accel.occluded_batch(rays, occluded);
         }
     }
 
-    /// The first hit of a surface that is there, beginning with the first hit.
     #[inline(never)]
-    fn first_there(&self, mut ray: Ray, mut hit: Hit) -> Option<Hit> {
-        loop {
-            let alpha = self.attributes[hit.geometry as usize].alpha;
-            if alpha.is_none_or(|alpha| self.is_there(&alpha, &ray, &hit)) {
-                return Some(hit);
-            }
-            ray.t_min = hit.t;
-            hit = self.accel.intersect(&ray)?;
-        }
+    fn first_there(&self, ray: &Ray) -> Option<Hit> {
+        self.accel.intersect_filtered(ray, |hit| self.is_there(ray, hit))
     }
 
-    fn is_there(&self, alpha: &FloatSource, ray: &Ray, hit: &Hit) -> bool {
+    #[inline(never)]
+    fn is_anything_there(&self, ray: &Ray) -> bool {
+        self.accel.occluded_filtered(ray, |hit| self.is_there(ray, hit))
+    }
+
+    /// Whether the surface is there for a ray that meets it; asked about surfaces with alpha alone.
+    #[inline(never)]
+    fn is_there(&self, ray: &Ray, hit: &Hit) -> bool {
+        let Some(alpha) = &self.attributes[hit.geometry as usize].alpha else { return true };
         let at = self.interaction(ray, hit);
         let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
         chance(ray, hit) < self.textures.float(alpha, &point)

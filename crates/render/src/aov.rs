@@ -96,7 +96,7 @@ impl Features {
                 Aov::Albedo => features.push(&albedo(tracer, &at, ray).to_rgb()),
                 Aov::Normal => features.push(&<[f32; 3]>::from(at.shading.z)),
                 Aov::GeometricNormal => features.push(&<[f32; 3]>::from(at.ng)),
-                Aov::Depth => features.push(&[tracer.scene.camera.depth(at.p)]),
+                Aov::Depth => features.push(&[tracer.scene.camera.depth(at.p, at.time)]),
                 Aov::Position => features.push(&<[f32; 3]>::from(at.p)),
                 Aov::Uv => features.push(&<[f32; 2]>::from(at.uv)),
             }

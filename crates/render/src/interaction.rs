@@ -56,11 +56,17 @@ impl Interaction {
         Ray::spawn(self.p, self.p_error, self.ng, direction).with_time(self.time)
     }
 
+    /// The segment to a point with its error and its geometric normal, which are zero where it lies on no surface.
+    #[inline]
+    pub(crate) fn spawn_to(&self, end: (Vec3, Vec3, Vec3)) -> Ray {
+        Ray::spawn_to((self.p, self.p_error, self.ng), end).with_time(self.time)
+    }
+
     /// The ray to what `sample` found of a light.
     #[inline]
     pub(crate) fn ray_to(&self, sample: &LightSample) -> Ray {
         match sample.end {
-            Some(end) => Ray::spawn_to((self.p, self.p_error, self.ng), end).with_time(self.time),
+            Some(end) => self.spawn_to(end),
             None => self.spawn(sample.wi),
         }
     }

@@ -87,6 +87,8 @@ pub(crate) struct SceneData {
     pub(crate) sampler: Sampler,
     /// Of a pixel's side, what one sample stands for: textures are smoothed over so much.
     pub(crate) footprint_scale: f32,
+    /// Whether anything moves while the shutter is open: only then has a sample a time.
+    pub(crate) moves: bool,
     /// Samples a pixel.
     pub(crate) samples: u32,
     pub(crate) integrator: Box<dyn TileRenderer>,
@@ -117,10 +119,10 @@ impl Scene {
         &self.data.accel
     }
 
-    /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens; an empty one
-    /// where a lens of glass lets nothing through.
+    /// The ray through a place on the film, in pixels from the upper left corner, and the middle of the lens, when the shutter
+    /// opens; an empty one where a lens of glass lets nothing through.
     pub fn camera_ray(&self, film: Vec2) -> Ray {
-        self.data.camera.ray(film, Vec2::splat(0.5)).ray
+        self.data.camera.ray(film, Vec2::splat(0.5), 0.0).ray
     }
 
     /// Sample `index` of `pixel` alone, the same that [`crate::render`] adds to the film: any sample can be replayed.
@@ -183,7 +185,7 @@ impl SceneData {
     /// What the part of a pixel that one sample stands for covers of the surface.
     #[inline(never)]
     fn footprint(&self, at: &Interaction) -> Footprint {
-        let footprint = self.camera.footprint(at.p, at.ng);
+        let footprint = self.camera.footprint(at.p, at.ng, at.time);
         let [dp_dx, dp_dy] = [footprint.dp_dx, footprint.dp_dy].map(|dp| dp * self.footprint_scale);
         let attributes = &self.attributes[at.place.geometry as usize];
         let derivatives = attributes.derivatives(&self.accel, &at.hit(), at);

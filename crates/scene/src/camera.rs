@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sahl_image::Image;
-use sahl_math::Transform;
+use sahl_math::{AnimatedTransform, Transform};
 use serde::{Deserialize, Serialize};
 
 use crate::{Handle, Medium};
@@ -13,8 +13,10 @@ use crate::{Handle, Medium};
 pub struct Camera {
     /// How directions become places on the film.
     pub projection: Projection,
-    /// Where the camera stands.
+    /// Where the camera stands, when the shutter opens if it moves.
     pub camera_to_world: Transform,
+    /// Its way while the shutter is open, if it moves.
+    pub motion: Option<Box<AnimatedTransform>>,
     /// The part of the projection plane that the film shows: x min, x max, y min, y max. Flat projections alone have one.
     ///
     /// `None`: the shorter axis of the image spans −1 to 1 (pbrt's rule).
@@ -105,6 +107,7 @@ impl Default for Camera {
         Self {
             projection: Projection::Perspective { fov: std::f32::consts::FRAC_PI_2 },
             camera_to_world: Transform::IDENTITY,
+            motion: None,
             screen_window: None,
             lens_radius: 0.0,
             focal_distance: 1e6,

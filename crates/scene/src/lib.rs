@@ -27,7 +27,7 @@ mod validate;
 use std::sync::Arc;
 
 use sahl_image::Image;
-use sahl_math::Transform;
+use sahl_math::{AnimatedTransform, Transform};
 use serde::{Deserialize, Serialize};
 
 pub use arena::{Arena, Handle, Origin};
@@ -110,4 +110,13 @@ pub struct Instance {
     pub object: Handle<Object>,
     /// From the object's space to the world.
     pub object_to_world: Transform,
+    /// How it moves while the shutter is open. It takes the place of `object_to_world`, which is where it stands when the shutter opens.
+    pub motion: Option<Box<AnimatedTransform>>,
+}
+
+impl Instance {
+    /// A placement that stands still.
+    pub fn new(object: Handle<Object>, object_to_world: Transform) -> Self {
+        Self { object, object_to_world, motion: None }
+    }
 }

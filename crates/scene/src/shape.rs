@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sahl_math::{Transform, Vec2, Vec3};
+use sahl_math::{AnimatedTransform, Transform, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::{AreaLight, FloatParam, Handle, Material, MediumInterface};
@@ -14,6 +14,8 @@ pub struct Shape {
     pub geometry: Geometry,
     /// From the shape's own space to the world, or to the object that the shape belongs to.
     pub shape_to_world: Transform,
+    /// How it moves while the shutter is open. It takes the place of `shape_to_world`, which is where it stands when the shutter opens.
+    pub motion: Option<Box<AnimatedTransform>>,
     /// Whether the normal is turned to the other side.
     pub reverse_orientation: bool,
     /// How it scatters light.
@@ -27,11 +29,12 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// An opaque surface that does not emit, its front where its geometry has it.
+    /// An opaque surface that neither emits nor moves, its front where its geometry has it.
     pub fn new(geometry: Geometry, shape_to_world: Transform, material: Handle<Material>) -> Self {
         Self {
             geometry,
             shape_to_world,
+            motion: None,
             reverse_orientation: false,
             material,
             area_light: None,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use sahl_math::Transform;
+use sahl_math::{Transform, Vec3};
 use sahl_scene::{ColorMode, Diagnostic, Diagnostics, Quirks, SceneDesc, Sources, Span};
 
 use super::context::{Context, Files};
@@ -28,6 +28,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) objects: Objects,
     /// Named coordinate systems: the transforms that were in force.
     pub(super) coordinate_systems: BTreeMap<String, [Transform; 2]>,
+    /// When motions begin and end, in seconds.
+    pub(super) transform_times: [f32; 2],
+    /// Where the camera is halfway through its motion: instances move about it.
+    pub(super) camera_middle: Vec3,
     pub(super) media: NamedMedia,
     pub(super) options: Options,
     /// Sensitivity of the film.
@@ -66,6 +70,8 @@ impl<'a> Interpreter<'a> {
                 ("world".to_owned(), identity),
                 ("camera".to_owned(), identity),
             ]),
+            transform_times: [0.0, 1.0],
+            camera_middle: Vec3::ZERO,
             media: NamedMedia::default(),
             options: Options::default(),
             iso: 100.0,

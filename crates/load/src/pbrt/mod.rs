@@ -19,6 +19,7 @@ mod interpreter;
 mod lexer;
 mod materials;
 mod media;
+mod motion;
 mod number;
 mod objects;
 mod parameter;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use sahl_math::Transform;
 use sahl_scene::{AreaLight, Diagnostic, Handle, Instance, Object, Origin, Shape, Span};
 
 use super::interpreter::Interpreter;
+use super::motion::{Mover, Placed};
 use super::report::quote;
 use super::scope::ScopeKind;
 use super::statement::{Name, Statement};
@@ -17,7 +17,7 @@ pub(super) struct Objects {
     named: BTreeMap<String, Handle<Object>>,
     current: Option<Definition>,
     /// Instances; their objects may be defined later.
-    instances: Vec<(Name, Transform)>,
+    instances: Vec<(Name, Placed)>,
 }
 
 /// An object that is being defined.
@@ -65,8 +65,9 @@ impl Interpreter<'_> {
             self.report().error("nested-object", statement.span, message);
             return;
         }
-        self.warn_of_motion(statement.span, "the instance");
-        self.objects.instances.push((name.clone(), self.state.transform()));
+        let mover = Mover { what: "the instance", span: statement.span, pivot: self.camera_middle };
+        let placed = self.placement(mover);
+        self.objects.instances.push((name.clone(), placed));
     }
 
     /// The emission of a shape to be added; objects have none, as in pbrt.
@@ -91,10 +92,10 @@ impl Interpreter<'_> {
 
     /// Turns the names of instances into objects.
     pub(super) fn resolve_instances(&mut self) {
-        for (name, object_to_world) in std::mem::take(&mut self.objects.instances) {
+        for (name, (object_to_world, motion)) in std::mem::take(&mut self.objects.instances) {
             match self.objects.named.get(&name.text) {
                 Some(&object) => {
-                    let instance = Instance { object, object_to_world };
+                    let instance = Instance { object, object_to_world, motion };
                     self.cx.scene.instances.push(instance, Origin::at(name.span));
                 }
                 None => {

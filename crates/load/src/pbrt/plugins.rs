@@ -2,9 +2,11 @@
 
 use std::rc::Rc;
 
-use sahl_scene::{Camera, Diagnostic, Geometry, MediumInterface, Shape, Span, Spectrum};
+use sahl_math::Vec3;
+use sahl_scene::{Camera, Diagnostic, Geometry, MediumInterface, Shape, Spectrum};
 
 use super::interpreter::Interpreter;
+use super::motion::{self, Mover};
 use super::parameter::Parameter;
 use super::reader::Reader;
 use super::report::{Report, quote};
@@ -55,21 +57,14 @@ impl Interpreter<'_> {
     }
 
     fn camera(&mut self, name: &str, p: &Reader<'_>) {
-        self.warn_of_motion(p.span(), "the camera");
-        let world_to_camera = self.state.transform();
-        if let Some(camera) = translate::camera(&mut self.cx, name, p, &world_to_camera) {
+        let to_world = self.state.transforms.map(|transform| transform.inverse());
+        if let Some(mut camera) = translate::camera(&mut self.cx, name, p) {
+            let mover = Mover { what: "the camera", span: p.span(), pivot: Vec3::ZERO };
+            (camera.camera_to_world, camera.motion) = self.placed(mover, to_world, camera.shutter);
+            self.camera_middle = motion::middle_of_camera(to_world);
             self.cx.scene.camera = Camera { medium: self.state.media.outside, ..camera };
         }
-        let to_world = self.state.transforms.map(|transform| transform.inverse());
         self.coordinate_systems.insert("camera".to_owned(), to_world);
-    }
-
-    /// Warns if the transform in force changes with time.
-    pub(super) fn warn_of_motion(&self, span: Span, what: &str) {
-        if self.state.moves() {
-            let message = format!("motion is not supported: {what} stays where it is at the start");
-            self.report().warning("unsupported-motion", span, message);
-        }
     }
 
     /// The plugin that `"string type"` names, for directives that define something by name.
@@ -99,7 +94,10 @@ impl Interpreter<'_> {
 
     pub(super) fn light(&mut self, statement: &Statement) {
         let [name] = &statement.names[..] else { return };
-        self.warn_of_motion(statement.span, "the light");
+        if self.state.moves() {
+            let message = "lights don't move, as in pbrt-v4: this one stays where it is at the start";
+            self.report().warning("unsupported-motion", statement.span, message);
+        }
         let (report, defaults) = (Rc::clone(&self.cx.report), self.state.defaults(Category::Light));
         let p = reader("light", name, statement, &defaults, &report);
         let frame = translate::LightFrame { to_world: self.state.transform(), white: self.white() };
@@ -122,7 +120,6 @@ impl Interpreter<'_> {
         let p = reader("shape", name, statement, &defaults, &report);
         let Surfaces { geometries, alpha } = translate::shape(&mut self.cx, &name.text, &p);
         p.finish();
-        self.warn_of_motion(statement.span, "the shape");
         let material = match self.state.material {
             CurrentMaterial::Given(material) => material,
             CurrentMaterial::Default => self.materials.default_material(&mut self.cx.scene),
@@ -138,6 +135,8 @@ impl Interpreter<'_> {
             CurrentMaterial::Interface => None,
             _ => self.area_light_of_shape(statement.span),
         };
+        let (shape_to_world, motion) =
+            self.placement(Mover { what: "the shape", span: statement.span, pivot: Vec3::ZERO });
         let media = Some(self.state.media).filter(MediumInterface::is_transition);
         for mut geometry in geometries {
             if let Geometry::Displaced { edge_length, .. } = &mut geometry {
@@ -148,7 +147,8 @@ impl Interpreter<'_> {
                 area_light: area_light.as_deref().cloned(),
                 media,
                 alpha,
-                ..Shape::new(geometry, self.state.transform(), material)
+                motion: motion.clone(),
+                ..Shape::new(geometry, shape_to_world, material)
             };
             self.add_shape(shape, statement.span);
         }

@@ -79,7 +79,7 @@ impl Default for State {
 }
 
 impl State {
-    /// The transform at the start of the shutter's time, which stands for all of it.
+    /// The transform at the start of the shutter's time.
     pub(super) fn transform(&self) -> Transform {
         self.transforms[0]
     }

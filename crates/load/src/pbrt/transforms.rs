@@ -60,14 +60,14 @@ impl Interpreter<'_> {
         }
     }
 
-    /// The times matter only to transforms that change, which are reported where they are used.
     pub(super) fn transform_times(&mut self, statement: &Statement) {
-        if let [start, end] = statement.numbers[..]
-            && start > end
-        {
+        let [start, end] = statement.numbers[..] else { return };
+        if start > end {
             let message = format!("transforms start at {start} and end before that, at {end}");
             self.report().error("invalid-value", statement.span, message);
+            return;
         }
+        self.transform_times = [start as f32, end as f32];
     }
 
     pub(super) fn coordinate_system(&mut self, statement: &Statement) {

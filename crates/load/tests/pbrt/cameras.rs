@@ -1,6 +1,7 @@
 //! Cameras: what each of pbrt-v4's becomes.
 
 use sahl_load::{Loaded, MemoryAssets, load_pbrt};
+use sahl_math::Vec3;
 use sahl_scene::{Aperture, Camera, Projection, SphereLayout};
 
 const LENS: &str = "# radius thickness index diameter\n50 4 1.5 24\n-50 2 1 24 # air\n0 3 0 20";
@@ -71,4 +72,39 @@ fn the_frame_may_have_another_shape_than_the_film() {
     );
     let both = "Camera \"perspective\" \"float frameaspectratio\" 2 \"float screenwindow\" [ 0 1 0 1 ]";
     assert_eq!(window(both), Some([0.0, 1.0, 0.0, 1.0]));
+}
+
+#[test]
+fn cameras_move_while_the_shutter_is_open() {
+    let moving = "ActiveTransform EndTime Translate -4 0 0 ActiveTransform All";
+    let still = camera("Translate -4 0 0 Camera \"perspective\"");
+    assert_eq!(still.motion, None);
+    let x = |text: &str, time: f32| {
+        let camera = camera(text);
+        camera.motion.map(|motion| motion.at(time).point(Vec3::ZERO).x)
+    };
+    // The camera goes four metres to the right in the first second.
+    let open = format!("{moving} Camera \"perspective\"");
+    assert_eq!([0.0, 0.5, 1.0].map(|time| x(&open, time)), [Some(0.0), Some(2.0), Some(4.0)]);
+    // A shutter of half a second sees half of it, and one of two seconds the rest of the time a camera that stands.
+    let half = format!("{moving} Camera \"perspective\" \"float shutterclose\" 0.5");
+    assert_eq!(x(&half, 1.0), Some(2.0));
+    let long = format!("{moving} Camera \"perspective\" \"float shutterclose\" 2");
+    assert_eq!([0.25, 0.75].map(|time| x(&long, time)), [Some(2.0), Some(4.0)]);
+    let slow = format!("TransformTimes 0 2 {moving} Camera \"perspective\"");
+    assert_eq!(x(&slow, 1.0), Some(2.0));
+    // A shutter that is open for a moment sees that moment.
+    let moment =
+        format!("{moving} Camera \"perspective\" \"float shutteropen\" 0.25 \"float shutterclose\" 0.25");
+    // It shows nothing, which is reported.
+    let found = loaded(&moment).scene.camera;
+    assert!(found.motion.is_none() && (found.camera_to_world.point(Vec3::ZERO).x - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn motion_through_a_mirror_is_refused() {
+    let found = loaded("ActiveTransform EndTime Scale -1 1 1 Camera \"perspective\"");
+    let messages: Vec<&str> = found.diagnostics.iter().map(|entry| entry.message.as_str()).collect();
+    assert!(messages.len() == 1 && messages[0].contains("singular"), "{messages:?}");
+    assert_eq!(found.scene.camera.motion, None);
 }

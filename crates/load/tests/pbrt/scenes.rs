@@ -4,7 +4,7 @@ use std::io::Write;
 
 use sahl_image::{ColorSpace, Encoding};
 use sahl_load::{Loaded, MemoryAssets, load, load_pbrt};
-use sahl_math::Vec3;
+use sahl_math::{Transform, Vec3};
 use sahl_scene::{
     Coat, ConductorReflectance, CurveKind, FloatParam, Geometry, Hair, HairColor, Light, Material,
     Projection, Radiance, Relief, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureFilter,
@@ -286,6 +286,32 @@ fn alpha_and_displacement_arrive() {
     // A quadrilateral is two triangles beside the one of the file.
     assert_eq!(scene.triangle_meshes[mesh].indices.len(), 3);
     assert_eq!(shapes.len(), 3);
+}
+
+#[test]
+fn motion_arrives_in_fractions_of_the_time_that_the_shutter_is_open() {
+    let scene = loaded("structure/motion.pbrt").scene;
+    let shape = &scene.shapes[scene.world[0]];
+    let motion = shape.motion.as_ref().unwrap();
+    assert_eq!(motion.times(), [0.25, 0.75]);
+    assert_eq!(
+        *motion.ends(),
+        [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]].map(|[x, y, z]| { Transform::translate(x, y, z).unwrap() })
+    );
+    assert_eq!(shape.shape_to_world, motion.ends()[0]);
+    let [moving, still] = scene.instances.values() else { panic!("{:?}", scene.instances) };
+    let turned = moving.motion.as_ref().unwrap().at(1.0);
+    assert!(close(turned.point(Vec3::X), Vec3::new(0.0, 3.0, 0.0)));
+    // Halfway, the point of the object that is where the camera is has gone half of a straight line, from (0, −4, 2) to (6, 2, 2).
+    let halfway = moving.motion.as_ref().unwrap().at(0.5);
+    assert!(close(halfway.point(Vec3::new(0.0, -6.0, 2.0)), Vec3::new(3.0, -1.0, 2.0)));
+    assert!(still.motion.is_none() && close(moving.object_to_world.point(Vec3::X), Vec3::new(1.0, 2.0, 0.0)));
+    // Open for a moment, in the middle of the motion.
+    let text = "Camera \"perspective\" \"float shutteropen\" 0.5 \"float shutterclose\" 0.5 WorldBegin
+        ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"";
+    let frozen = load_pbrt("test.pbrt", text.as_bytes().to_vec(), &MemoryAssets::default()).scene;
+    let shape = &frozen.shapes.values()[0];
+    assert!(shape.motion.is_none() && close(shape.shape_to_world.point(Vec3::ZERO), Vec3::X * 0.5));
 }
 
 #[test]

@@ -101,7 +101,9 @@ fn lights_media_and_motion() {
         );
     }
     warned(&sampler("exhaustive"), "`bvh` is used");
-    warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"", "motion");
+    warned("WorldBegin ActiveTransform EndTime Scale -1 1 1 Shape \"sphere\"", "singular");
+    warned("WorldBegin ActiveTransform EndTime Translate 1 0 0 LightSource \"point\"", "lights don't move");
+    silent("WorldBegin ActiveTransform EndTime Translate 1 0 0 Shape \"sphere\"");
     silent("WorldBegin ActiveTransform All Translate 1 0 0 Shape \"sphere\"");
     warned("Option \"forcediffuse\" true WorldBegin", "stay as they are");
     silent("Option \"forcediffuse\" false Option \"seed\" 3 WorldBegin");

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use sahl_accel::{CurveSet, Cylinder, Disk, Instance, PatchMesh, Sphere, TriangleMesh, World};
+use sahl_accel::{CurveSet, Cylinder, Disk, PatchMesh, Sphere, TriangleMesh, World};
 use sahl_math::{Transform, Vec2, Vec3};
 use sahl_scene::{CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape, SpectrumParam};
 
 use super::displacement::displaced;
 use super::lights::{EmittingSurface, LightBuilder};
+use super::placement::{Placements, to_parent};
 use crate::light::Presence;
 use crate::material;
 use crate::scene::SceneStats;
@@ -24,6 +25,7 @@ pub(super) struct GeometryBuilder<'a> {
     pub(super) world: World,
     pub(super) attributes: Vec<Attributes>,
     pub(super) counts: SceneStats,
+    placements: Placements,
     /// Whether borders of media count. They are left out where nothing else is to be seen of them.
     media: bool,
 }
@@ -31,7 +33,16 @@ pub(super) struct GeometryBuilder<'a> {
 impl<'a> GeometryBuilder<'a> {
     pub(super) fn new(description: &'a SceneDesc, textures: &'a Textures, media: bool) -> Self {
         let counts = SceneStats::default();
-        Self { description, textures, world: World::default(), attributes: Vec::new(), counts, media }
+        let placements = Placements::new(description);
+        Self {
+            description,
+            textures,
+            world: World::default(),
+            attributes: Vec::new(),
+            counts,
+            placements,
+            media,
+        }
     }
 
     /// Adds every shape of the world and of the objects, and the lights that shapes of the world are.
@@ -46,6 +57,8 @@ impl<'a> GeometryBuilder<'a> {
                 let span = self.description.shapes.origin(handle).span;
                 if matches!(shape.geometry, Geometry::Curves(_)) {
                     lights.refuse_curve(span);
+                } else if shape.motion.is_some() {
+                    lights.refuse_moving(span);
                 } else {
                     let surface = EmittingSurface {
                         emitters: self.emitters(shape, index),
@@ -58,20 +71,24 @@ impl<'a> GeometryBuilder<'a> {
                     self.attributes[index as usize].lights = lights.add_area(area_light, surface, span);
                 }
             }
-            if !self.is_absent(shape) {
-                self.world.world.push(index);
+            match &shape.motion {
+                _ if self.is_absent(shape) => {}
+                Some(motion) => self.placements.add_shape(index, motion),
+                None => self.world.world.push(index),
             }
         }
-        for object in self.description.objects.values() {
-            let mut group = Vec::with_capacity(object.shapes.len());
-            for &handle in &object.shapes {
+        for (object, shapes) in self.description.objects.iter() {
+            let mut group = Vec::with_capacity(shapes.shapes.len());
+            for &handle in &shapes.shapes {
                 if !self.is_there(handle) {
                     continue;
                 }
                 let shape = &self.description.shapes[handle];
                 let index = self.push(handle, lights);
-                if !self.is_absent(shape) {
-                    group.push(index);
+                match &shape.motion {
+                    _ if self.is_absent(shape) => {}
+                    Some(motion) => self.placements.add_part(object, index, motion),
+                    None => group.push(index),
                 }
                 if shape.area_light.is_some() {
                     lights.refuse_instanced(self.description.shapes.origin(handle).span);
@@ -80,10 +97,11 @@ impl<'a> GeometryBuilder<'a> {
             self.world.groups.push(group);
         }
         for instance in self.description.instances.values() {
-            let group = instance.object.index() as u32;
-            self.world.instances.push(Instance { group, to_world: instance.object_to_world.into() });
+            self.placements.add_instance(instance);
         }
-        self.counts.instances = self.world.instances.len() as u64;
+        self.counts.instances = self.description.instances.len() as u64;
+        self.world.groups.append(&mut self.placements.groups);
+        self.world.instances.append(&mut self.placements.instances);
         self
     }
 
@@ -117,6 +135,9 @@ impl<'a> GeometryBuilder<'a> {
             lights.refuse_displacement(self.description.shapes.origin(handle).span);
             sahl_accel::Geometry::Triangles(TriangleMesh { indices: [].into(), positions: [].into() })
         });
+        if attributes.alpha.is_some() {
+            self.world.filtered.push(self.attributes.len() as u32);
+        }
         self.world.geometries.push(geometry);
         self.attributes.push(attributes);
         (self.attributes.len() - 1) as u32
@@ -146,7 +167,7 @@ impl<'a> GeometryBuilder<'a> {
     /// The surface of a shape as the accelerator has it; what that leaves out goes to the attributes. `None` if it has too many
     /// triangles.
     fn geometry(&mut self, shape: &Shape, attributes: &mut Attributes) -> Option<sahl_accel::Geometry> {
-        let (description, to_parent) = (self.description, shape.shape_to_world);
+        let (description, to_parent) = (self.description, to_parent(shape));
         if matches!(
             shape.geometry,
             Geometry::Sphere { .. } | Geometry::Disk { .. } | Geometry::Cylinder { .. }
@@ -162,7 +183,8 @@ impl<'a> GeometryBuilder<'a> {
             Geometry::Displaced { mesh, displacement, edge_length } => {
                 let source = self.textures.float_source(&displacement);
                 let height = |at: &TexturePoint| self.textures.float(&source, at);
-                let mesh = displaced(&description.triangle_meshes[mesh], &to_parent, edge_length, height)?;
+                let mesh = &description.triangle_meshes[mesh];
+                let mesh = displaced(mesh, &shape.shape_to_world, edge_length, height)?;
                 let (indices, positions) = self.mesh(&mesh, shape, attributes);
                 self.counts.triangles += indices.len() as u64;
                 sahl_accel::Geometry::Triangles(TriangleMesh { indices, positions })
@@ -195,7 +217,7 @@ impl<'a> GeometryBuilder<'a> {
         shape: &Shape,
         attributes: &mut Attributes,
     ) -> (Arc<[[u32; N]]>, Arc<[Vec3]>) {
-        let to_parent = &shape.shape_to_world;
+        let to_parent = &to_parent(shape);
         attributes.flip ^= to_parent.swaps_handedness();
         attributes.normals = baked_normals(mesh.normals.as_ref(), shape);
         attributes.tangents =
@@ -293,7 +315,7 @@ fn gather<const N: usize>(values: &[Vec3], indices: [u32; N]) -> [Vec3; N] {
 /// Unit shading normals in the space of the positions, on the front: pbrt turns them round with the shape.
 fn baked_normals(normals: Option<&Arc<[Vec3]>>, shape: &Shape) -> Option<Arc<[Vec3]>> {
     let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
-    let to_parent = &shape.shape_to_world;
+    let to_parent = to_parent(shape);
     let bake = |n: &Vec3| to_parent.normal(*n).try_normalize().unwrap_or(Vec3::ZERO) * sign;
     normals.map(|normals| normals.iter().map(bake).collect())
 }

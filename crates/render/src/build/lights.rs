@@ -134,6 +134,14 @@ impl<'a> LightBuilder<'a> {
         );
     }
 
+    /// Tells that a shape that moves does not emit, as in pbrt-v4.
+    pub(super) fn refuse_moving(&mut self, span: Option<Span>) {
+        self.diagnostics.push(
+            Diagnostic::warning("moving-area-light", span, "a shape that moves can't be an area light")
+                .with_note("the shape is rendered without emission"),
+        );
+    }
+
     /// Adds the lights that are not shapes.
     pub(super) fn add_lights(&mut self) {
         for (handle, light) in self.description.lights.iter() {

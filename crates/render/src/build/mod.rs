@@ -1,8 +1,8 @@
 //! From a description to a scene that can be rendered.
 //!
 //! Design decision: positions of meshes are moved into the world (or into the space of their object) once, so that a hit
-//! transforms nothing; a mesh that stands there already is shared with the description. What the description says and
-//! rendering does not honour becomes a diagnostic.
+//! transforms nothing; a mesh that stands there already is shared with the description. What moves is placed by instances
+//! (`placement`). What the description says and rendering does not honour becomes a diagnostic.
 //!
 //! Deliberately absent: files. Images come decoded.
 
@@ -10,10 +10,11 @@ mod displacement;
 mod geometry;
 mod lights;
 mod media;
+mod placement;
 
 use std::sync::Arc;
 
-use sahl_accel::Accel;
+use sahl_accel::{Accel, Geometry, Instance, Placement, World};
 use sahl_scene::{ColorMode, Diagnostic, Diagnostics, Integrator, SceneDesc};
 
 use crate::camera::Camera;
@@ -66,6 +67,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
     let camera = Camera::new(description, &mut diagnostics);
     let Some(camera) = camera.filter(|_| !diagnostics.has_errors()) else { return (None, diagnostics) };
 
+    let moves = camera.moves() || moves(&geometry.world);
     let counts = geometry.counts;
     let accel = Accel::build(geometry.world, &options.accel);
     let radius = accel.bounds().bounding_sphere().map_or(0.0, |(_, radius)| radius);
@@ -96,6 +98,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         film: description.film.clone(),
         filter: PixelFilter::new(&description.filter),
         sampler: Sampler::new(&description.sampler, description.film.resolution),
+        moves,
         footprint_scale: footprint_scale(description.sampler.samples),
         samples: description.sampler.samples.max(1),
         stats,
@@ -110,6 +113,13 @@ fn color_mode(description: &SceneDesc) -> ColorMode {
         Integrator::Ao { .. } | Integrator::Normals => ColorMode::Rgb,
         Integrator::Path { .. } | Integrator::Whitted { .. } => description.color,
     }
+}
+
+/// Whether a surface moves while the shutter is open.
+fn moves(world: &World) -> bool {
+    let mesh_moves = |geometry: &Geometry| matches!(geometry, Geometry::MovingTriangles(_));
+    let instance_moves = |instance: &Instance| matches!(instance.to_world, Placement::Moving(_));
+    world.geometries.iter().any(mesh_moves) || world.instances.iter().any(instance_moves)
 }
 
 /// The side of the part of a pixel that one of `samples` stands for. Not less than an eighth: the finest levels of images are

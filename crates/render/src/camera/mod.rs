@@ -16,7 +16,7 @@ mod pupil;
 mod realistic;
 mod spherical;
 
-use sahl_math::{Ray, Transform, Vec2, Vec3};
+use sahl_math::{AnimatedTransform, Ray, Transform, Vec2, Vec3};
 use sahl_scene::{Diagnostic, Diagnostics, Projection, SceneDesc};
 
 use crate::texture::Footprint;
@@ -31,8 +31,10 @@ pub(crate) struct Camera {
     kind: Kind,
     /// How little rays change from pixel to pixel.
     differentials: Differentials,
+    /// Where it is when the shutter opens.
     camera_to_world: Transform,
     world_to_camera: Transform,
+    motion: Option<Box<AnimatedTransform>>,
 }
 
 /// How rays leave the film.
@@ -60,6 +62,14 @@ impl CameraRay {
     fn new(origin: Vec3, direction: Vec3, weight: f32) -> Self {
         Self { ray: Ray::new(origin, direction), weight }
     }
+
+    /// The ray in the world of a camera that is placed by `to_world` at `time`.
+    #[inline]
+    fn placed(self, to_world: &Transform, time: f32) -> Self {
+        let origin = to_world.point(self.ray.origin);
+        let direction = to_world.vector(self.ray.direction).normalize();
+        Self { ray: Ray { origin, direction, time, ..self.ray }, ..self }
+    }
 }
 
 impl Camera {
@@ -85,6 +95,7 @@ impl Camera {
             differentials: Differentials::default(),
             camera_to_world: camera.camera_to_world,
             world_to_camera: camera.camera_to_world.inverse(),
+            motion: camera.motion.clone(),
         };
         camera.differentials =
             Differentials::least(resolution, |film| camera.local_ray(film, Vec2::splat(0.5)));
@@ -102,42 +113,60 @@ impl Camera {
     }
 
     /// The ray through `film`, in pixels from the upper left corner, and a point of the lens chosen by `lens`, uniform in
-    /// the unit square.
+    /// the unit square, at `time`, a fraction of the time that the shutter is open.
     #[inline]
-    pub(crate) fn ray(&self, film: Vec2, lens: Vec2) -> CameraRay {
-        let CameraRay { ray, weight } = self.local_ray(film, lens);
-        let origin = self.camera_to_world.point(ray.origin);
-        let direction = self.camera_to_world.vector(ray.direction).normalize();
-        CameraRay { ray: Ray { origin, direction, ..ray }, weight }
+    pub(crate) fn ray(&self, film: Vec2, lens: Vec2, time: f32) -> CameraRay {
+        let local = self.local_ray(film, lens);
+        match &self.motion {
+            None => local.placed(&self.camera_to_world, time),
+            Some(motion) => local.placed(&motion.at(time), time),
+        }
     }
 
-    /// Distance of a point in the world from the plane of the camera, along the axis of view; from the camera itself if that
-    /// looks in all directions.
+    /// Whether it moves while the shutter is open.
+    pub(crate) fn moves(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// Distance of a point in the world from the plane of the camera at `time`, along the axis of view; from the camera itself if
+    /// that looks in all directions.
     #[inline]
-    pub(crate) fn depth(&self, p: Vec3) -> f32 {
-        let p = self.world_to_camera.point(p);
+    pub(crate) fn depth(&self, p: Vec3, time: f32) -> f32 {
+        let p = match &self.motion {
+            None => self.world_to_camera.point(p),
+            Some(motion) => motion.at(time).inverse().point(p),
+        };
         match self.kind {
             Kind::Spherical(_) => p.length(),
             Kind::Projective(_) | Kind::Realistic(_) => p.z,
         }
     }
 
-    /// What a pixel covers of the plane through `p` with normal `n`, if the pixels that see it are as fine as the finest of
+    /// What a pixel covers of the plane through `p` with normal `n` at `time`, if the pixels that see it are as fine as the finest of
     /// the image; without the change of surface coordinates. In the world.
     ///
     /// Points that the camera sees by a mirror are treated as if it saw them directly. In the picture of a perspective that is
     /// exact; elsewhere the smallest pixel stands for all. Source: Pharr, Jakob, Humphreys,
     /// *Physically Based Rendering*, 4th ed., 2023, section 10.1.2.
-    pub(crate) fn footprint(&self, p: Vec3, n: Vec3) -> Footprint {
-        let to_camera = &self.world_to_camera;
+    pub(crate) fn footprint(&self, p: Vec3, n: Vec3, time: f32) -> Footprint {
+        match &self.motion {
+            None => self.footprint_from((&self.camera_to_world, &self.world_to_camera), p, n),
+            Some(motion) => {
+                let to_world = motion.at(time);
+                self.footprint_from((&to_world, &to_world.inverse()), p, n)
+            }
+        }
+    }
+
+    #[inline]
+    fn footprint_from(&self, (to_world, to_camera): (&Transform, &Transform), p: Vec3, n: Vec3) -> Footprint {
         let (p, n) = (to_camera.point(p), to_camera.normal(n));
         let exact = match &self.kind {
             Kind::Projective(projective) => projective.footprint(p, n),
             Kind::Spherical(_) | Kind::Realistic(_) => None,
         };
         let [dx, dy] = exact.unwrap_or_else(|| self.differentials.at(p, n));
-        let to_world = |v| self.camera_to_world.vector(v);
-        Footprint { dp_dx: to_world(dx), dp_dy: to_world(dy), ..Footprint::default() }
+        Footprint { dp_dx: to_world.vector(dx), dp_dy: to_world.vector(dy), ..Footprint::default() }
     }
 }
 

@@ -21,7 +21,7 @@ fn built(camera: sahl_scene::Camera, resolution: [u32; 2]) -> Camera {
 }
 
 fn ray(camera: &Camera, film: Vec2, lens: Vec2) -> Ray {
-    let CameraRay { ray, weight } = camera.ray(film, lens);
+    let CameraRay { ray, weight } = camera.ray(film, lens, 0.0);
     assert_eq!(weight, 1.0);
     assert!((ray.direction.length() - 1.0).abs() < 1e-6);
     ray
@@ -61,14 +61,14 @@ fn rays_through_the_lens_meet_in_the_plane_of_focus() {
         let film = Vec2::new(12.0, 50.0);
         let meet = |lens| {
             let ray = ray(&camera, film, lens);
-            assert!((camera.depth(ray.origin)).abs() < 1e-6);
+            assert!((camera.depth(ray.origin, 0.0)).abs() < 1e-6);
             ray.at(4.0 / ray.direction.z)
         };
         let focus = meet(CENTER);
         for lens in [Vec2::ZERO, Vec2::new(0.9, 0.2), Vec2::new(0.1, 0.7)] {
             assert!(close(meet(lens), focus));
         }
-        assert!((camera.depth(focus) - 4.0).abs() < 1e-5);
+        assert!((camera.depth(focus, 0.0) - 4.0).abs() < 1e-5);
     }
 }
 
@@ -92,7 +92,7 @@ fn points_of_a_thin_lens_are_uniform() {
     let test = sahl_testkit::chi2::SquareTest::default();
     // Back to the square, in which points of the disk are uniform.
     let on_lens = |u: [f32; 2]| {
-        let p = camera.ray(Vec2::new(3.0, 30.0), u.into()).ray.origin;
+        let p = camera.ray(Vec2::new(3.0, 30.0), u.into(), 0.0).ray.origin;
         Some(warp::concentric_disk_inverse(Vec2::new(p.x, p.y) * 2.0))
     };
     test.run(on_lens, |_| 1.0).unwrap();
@@ -103,7 +103,7 @@ fn the_equal_area_film_sees_all_directions_alike() {
     let projection = Projection::Spherical(SphereLayout::EqualArea);
     let camera = built(sahl_scene::Camera { projection, ..Default::default() }, [64, 64]);
     let test = sahl_testkit::chi2::SphereTest::default();
-    let direction = |u: [f32; 3]| Some(camera.ray(Vec2::new(u[0], u[1]) * 64.0, CENTER).ray.direction);
+    let direction = |u: [f32; 3]| Some(camera.ray(Vec2::new(u[0], u[1]) * 64.0, CENTER, 0.0).ray.direction);
     test.run(direction, |_| warp::UNIFORM_SPHERE_PDF).unwrap();
 }
 
@@ -133,7 +133,7 @@ fn footprints_are_those_of_pixels() {
             ray.at((center - ray.origin).dot(n) / ray.direction.dot(n))
         };
         let p = on_plane(film);
-        let found = camera.footprint(p, n);
+        let found = camera.footprint(p, n, 0.0);
         for (found, step) in [(found.dp_dx, Vec2::new(1.0, 0.0)), (found.dp_dy, Vec2::new(0.0, 1.0))] {
             let exact = on_plane(film + step) - p;
             let ratio = found.length() / exact.length();
@@ -150,9 +150,9 @@ fn footprints_are_those_of_pixels() {
 #[test]
 fn an_edge_on_plane_has_no_footprint() {
     let camera = built(sahl_scene::Camera::default(), [64, 64]);
-    let footprint = camera.footprint(Vec3::new(0.0, 0.0, 3.0), Vec3::X);
+    let footprint = camera.footprint(Vec3::new(0.0, 0.0, 3.0), Vec3::X, 0.0);
     assert!(footprint.dp_dx.is_finite() && footprint.dp_dy.is_finite());
-    assert_eq!(camera.footprint(Vec3::ZERO, Vec3::Z), Footprint::default());
+    assert_eq!(camera.footprint(Vec3::ZERO, Vec3::Z, 0.0), Footprint::default());
 }
 
 #[test]
@@ -164,4 +164,28 @@ fn a_lens_without_an_image_is_an_error() {
     let mut diagnostics = Diagnostics::default();
     assert!(Camera::new(&scene, &mut diagnostics).is_none());
     assert!(diagnostics.iter().any(|entry| entry.code == "bad-lens"));
+}
+
+#[test]
+fn a_camera_that_moves_is_where_its_motion_is() {
+    let [start, end] = [0.0, 4.0].map(|x| Transform::translate(x, 0.0, 0.0).unwrap());
+    let description = sahl_scene::Camera {
+        camera_to_world: start,
+        motion: AnimatedTransform::new(start, end, [0.0, 1.0]).map(Box::new),
+        ..Default::default()
+    };
+    let camera = built(description, [8, 8]);
+    assert!(camera.moves());
+    let at = |time| camera.ray(Vec2::splat(4.0), CENTER, time).ray;
+    assert!(close(at(0.0).origin, Vec3::ZERO) && close(at(0.5).origin, Vec3::X * 2.0));
+    assert_eq!(at(0.25).time, 0.25);
+    // What is seen of a place is measured from where the camera is then.
+    let (p, place) = (Vec3::new(1.0, 0.0, 5.0), Vec3::new(-1.0, 0.0, 5.0));
+    let still = |x: f32| {
+        let camera_to_world = Transform::translate(f64::from(x), 0.0, 0.0).unwrap();
+        built(sahl_scene::Camera { camera_to_world, ..Default::default() }, [8, 8])
+    };
+    assert_eq!(camera.footprint(p, Vec3::Z, 0.5), still(2.0).footprint(p, Vec3::Z, 0.0));
+    assert_ne!(camera.footprint(p, Vec3::Z, 0.5), camera.footprint(p, Vec3::Z, 0.0));
+    assert_eq!(camera.depth(place, 0.5), 5.0);
 }

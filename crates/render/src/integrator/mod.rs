@@ -129,15 +129,17 @@ fn finish(integrator: &impl Integrator, samples: &mut [CameraSample<'_>]) {
 }
 
 impl<'s> CameraSample<'s> {
-    /// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, in
-    /// spectral mode the wavelengths, then the integrator's.
+    /// Sample `index` of `pixel`: a function of nothing else. The order of dimensions is fixed: filter, lens, the
+    /// time if anything moves, in spectral mode the wavelengths, then the integrator's.
     #[inline]
     fn begin(scene: &'s SceneData, pixel: [u32; 2], index: u32) -> Self {
         let mut tracer = Tracer::new(scene);
         tracer.sampler.start(pixel, index, 0);
         let filtered = scene.filter.sample(tracer.sampler.pixel_2d());
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
-        let CameraRay { ray, weight: throughput } = scene.camera.ray(film, tracer.sampler.next_2d());
+        let lens = tracer.sampler.next_2d();
+        let time = if scene.moves { tracer.sampler.next_1d() } else { 0.0 };
+        let CameraRay { ray, weight: throughput } = scene.camera.ray(film, lens, time);
         tracer.wavelengths = match scene.color {
             ColorMode::Rgb => Wavelengths::Rgb,
             ColorMode::Spectral => Wavelengths::Sampled(HeroWavelengths::sample(tracer.sampler.next_1d())),

@@ -123,7 +123,7 @@ fn lamps_in_objects_are_dropped_with_a_warning() {
     let object = scene.objects.push(Object { shapes: vec![lamp] }, Origin::default());
     for x in [0.0, 5.0] {
         let object_to_world = Transform::translate(x, 0.0, 0.0).unwrap();
-        scene.instances.push(Instance { object, object_to_world }, Origin::default());
+        scene.instances.push(Instance::new(object, object_to_world), Origin::default());
     }
     let (built, diagnostics) = build(&scene, &BuildOptions::default());
     assert_eq!(codes(&diagnostics), [(Severity::Warning, "instanced-area-light")]);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
-use sahl_math::Transform;
+use sahl_math::{AnimatedTransform, Transform};
 
 use sahl_render::{Aov, RenderOptions, render};
 use sahl_scene::{Aperture, Camera, Filter, LensElement, LensSystem, Projection, SceneDesc, SphereLayout};
@@ -120,4 +120,21 @@ fn blocked_samples_are_black_in_features_too() {
     let film = render(&built(&scene), &options, &()).film;
     assert!(values(&film.develop()).iter().all(|value| value.is_finite()));
     assert_eq!(values(&film.develop())[0], 0.0);
+}
+
+#[test]
+fn a_moving_camera_sees_each_place_for_its_time() {
+    // The camera looks down on a light that covers x > 0, through a keyhole, and passes from x = −1 to x = 3.
+    let mut scene = empty(4, 256);
+    let material = diffuse(&mut scene, 0.0);
+    let plane = patch(&mut scene, [[0.0, -9.0, 0.0], [9.0, -9.0, 0.0], [0.0, 9.0, 0.0], [9.0, 9.0, 0.0]]);
+    let plane = add(&mut scene, plane, material);
+    emit(&mut scene, plane, 2.0);
+    look_down(&mut scene, 5.0, 1e-3);
+    let placed = scene.camera.camera_to_world;
+    let ends = [-1.0, 3.0].map(|x| Transform::translate(x, 0.0, 0.0).unwrap().after(&placed).unwrap());
+    scene.camera.camera_to_world = ends[0];
+    expect_mean(&scene, 0.0, 0.0, "a camera that stands beside the light");
+    scene.camera.motion = AnimatedTransform::new(ends[0], ends[1], [0.0, 1.0]).map(Box::new);
+    expect_mean(&scene, 1.5, 0.01, "a camera that passes over it");
 }

@@ -140,7 +140,7 @@ fn an_instance_looks_like_the_shape_it_places() {
         if instanced {
             let shapes = std::mem::take(&mut scene.world);
             let object = scene.objects.push(Object { shapes }, Origin::default());
-            scene.instances.push(Instance { object, object_to_world }, Origin::default());
+            scene.instances.push(Instance::new(object, object_to_world), Origin::default());
         }
         look_down(&mut scene, 4.0, 1.3);
         layers(&scene, &[Aov::Normal, Aov::GeometricNormal, Aov::Position, Aov::Uv])

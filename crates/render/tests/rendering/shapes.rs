@@ -1,11 +1,11 @@
 //! Shapes that are more than their accelerator's geometry: what they look like, and what they emit.
 
 use crate::common::*;
-use sahl_math::{Transform, Vec2, Vec3};
+use sahl_math::{AnimatedTransform, Transform, Vec2, Vec3};
 use sahl_render::{Aov, BuildOptions, RenderOptions, build, render};
 use sahl_scene::{
-    ConductorReflectance, CurveKind, Curves, Filter, FloatParam, Geometry, Material, Origin, Roughness,
-    SceneDesc, Spectrum, SpectrumParam, Texture, TextureMapping, TriangleMesh, UvMapping,
+    ConductorReflectance, CurveKind, Curves, Filter, FloatParam, Geometry, Instance, Material, Object,
+    Origin, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureMapping, TriangleMesh, UvMapping,
 };
 
 /// A straight strip along y, two wide, over the square that [`look_down`] sees.
@@ -202,6 +202,81 @@ fn a_displaced_plane_is_where_its_texture_lifts_it() {
     let (none, diagnostics) = build(&displaced(0.5, 1e-7), &BuildOptions::default());
     let codes: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
     assert!(none.is_none() && codes == ["displacement-too-fine"], "{codes:?}");
+}
+
+#[test]
+fn what_is_not_there_does_not_hide_what_lies_in_the_same_place() {
+    let mut scene = empty(8, 16);
+    let material = diffuse(&mut scene, 0.0);
+    let geometry = quad(&mut scene, square(2.0, 0.0));
+    let veil = add(&mut scene, geometry, material);
+    scene.shapes[veil].alpha = FloatParam::Constant(1e-9);
+    let geometry = quad(&mut scene, square(2.0, 0.0));
+    let lamp = add(&mut scene, geometry, material);
+    emit(&mut scene, lamp, 1.0);
+    look_down(&mut scene, 5.0, 1.0);
+    expect_mean(&scene, 1.0, 0.0, "a lamp behind nothing");
+}
+
+/// What carries the square of [`crossing`].
+#[derive(Clone, Copy, Debug)]
+enum Carrier {
+    /// It moves itself.
+    Shape,
+    /// It stands in an object of which an instance moves.
+    Instance,
+    /// It moves half as far in an object that is placed twice as large.
+    Part,
+    /// It moves a third of the way in an object that moves two thirds.
+    Both,
+}
+
+/// A black square of side one that crosses the view, two wide, before a white ground.
+fn crossing(carrier: Carrier) -> SceneDesc {
+    let mut scene = empty(8, 256);
+    let material = diffuse(&mut scene, 0.0);
+    let geometry = quad(&mut scene, square(5.0, -1.0));
+    let ground = add(&mut scene, geometry, material);
+    emit(&mut scene, ground, 1.0);
+    let way = |from: f64| {
+        let [start, end] = [-from, from].map(|x| Transform::translate(x, 0.0, 0.0).unwrap());
+        Some(Box::new(AnimatedTransform::new(start, end, [0.0, 1.0]).unwrap()))
+    };
+    let (half, of_shape, placed, of_instance) = match carrier {
+        Carrier::Shape => (0.5, way(1.5), None, None),
+        Carrier::Instance => (0.5, None, Some(Transform::IDENTITY), way(1.5)),
+        Carrier::Part => (0.25, way(0.75), Transform::scale(2.0, 2.0, 2.0), None),
+        Carrier::Both => (0.5, way(0.5), Some(Transform::IDENTITY), way(1.0)),
+    };
+    let geometry = quad(&mut scene, square(half, 0.0));
+    let shape = add(&mut scene, geometry, material);
+    scene.shapes[shape].motion = of_shape;
+    if let Some(object_to_world) = placed {
+        scene.world.pop();
+        let object = scene.objects.push(Object { shapes: vec![shape] }, Origin::default());
+        let instance = Instance { motion: of_instance, ..Instance::new(object, object_to_world) };
+        scene.instances.push(instance, Origin::default());
+    }
+    look_down(&mut scene, 5.0, 1.0);
+    scene
+}
+
+#[test]
+fn what_moves_covers_its_share_of_the_time() {
+    for carrier in [Carrier::Shape, Carrier::Instance, Carrier::Part, Carrier::Both] {
+        // Each point between −1 and 1 is behind the square for a third of the time, and half of the rows are.
+        expect_mean(&crossing(carrier), 5.0 / 6.0, 0.01, &format!("{carrier:?}"));
+    }
+}
+
+#[test]
+fn a_lamp_that_moves_does_not_shine_and_says_so() {
+    let mut scene = crossing(Carrier::Shape);
+    let shape = scene.world[1];
+    emit(&mut scene, shape, 1.0);
+    let (built, diagnostics) = build(&scene, &BuildOptions::default());
+    let codes: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
+    assert!(built.is_some() && codes == ["moving-area-light"], "{codes:?}");
 }
 
 #[test]

@@ -115,7 +115,7 @@ fn handles_must_lead_somewhere() {
         first_shape(scene).geometry = Geometry::Patches(Handle::new(0));
         scene.world.push(Handle::new(7));
         scene.objects.push(Object { shapes: vec![Handle::new(8)] }, named("tree"));
-        let instance = Instance { object: Handle::new(3), object_to_world: Transform::IDENTITY };
+        let instance = Instance::new(Handle::new(3), Transform::IDENTITY);
         scene.instances.push(instance, Origin::default());
         let light = Light::Infinite {
             radiance: Radiance::LatLong(Handle::new(0)),

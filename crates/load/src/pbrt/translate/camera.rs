@@ -1,6 +1,5 @@
 //! Cameras.
 
-use sahl_math::Transform;
 use sahl_scene::{Aperture, Camera, LensSystem, Projection, SphereLayout};
 
 use super::super::context::Context;
@@ -19,15 +18,9 @@ const CAMERAS: &[(&str, Read)] = &[
     ("realistic", realistic),
 ];
 
-/// The camera called `name`, which stands where `world_to_camera` puts it.
-pub(in super::super) fn camera(
-    cx: &mut Context<'_>,
-    name: &str,
-    p: &Reader<'_>,
-    world_to_camera: &Transform,
-) -> Option<Camera> {
+/// The camera called `name`, at the origin.
+pub(in super::super) fn camera(cx: &mut Context<'_>, name: &str, p: &Reader<'_>) -> Option<Camera> {
     let mut camera = lookup(CAMERAS, name, p)?(cx, p)?;
-    camera.camera_to_world = world_to_camera.inverse();
     camera.shutter = shutter(p);
     Some(camera)
 }

@@ -59,8 +59,8 @@ pub(super) enum Flight {
 pub(super) enum Vertex<'a> {
     /// At a surface.
     Surface(&'a Scattering<'a>, &'a Hit),
-    /// In the medium about the path.
-    Medium { p: Vec3, wo: Vec3, phase: HenyeyGreenstein },
+    /// In the medium about the path, at the time of its rays.
+    Medium { p: Vec3, wo: Vec3, phase: HenyeyGreenstein, time: f32 },
 }
 
 /// Transmittance of the way to a light, with the densities of the collisions on it.
@@ -151,12 +151,12 @@ impl Vertex<'_> {
     /// The way to a light; parameters of the ray run to its `t_max`.
     fn ray_to(&self, sample: &LightSample) -> Ray {
         match (self, sample.end) {
-            (Self::Surface(Scattering { at, .. }, _), Some(end)) => {
-                Ray::spawn_to((at.p, at.p_error, at.ng), end)
-            }
+            (Self::Surface(Scattering { at, .. }, _), Some(end)) => at.spawn_to(end),
             (Self::Surface(Scattering { at, .. }, _), None) => at.spawn(sample.wi),
-            (Self::Medium { p, .. }, Some(end)) => Ray::spawn_to((*p, Vec3::ZERO, Vec3::ZERO), end),
-            (Self::Medium { p, .. }, None) => Ray::new(*p, sample.wi),
+            (Self::Medium { p, time, .. }, Some(end)) => {
+                Ray::spawn_to((*p, Vec3::ZERO, Vec3::ZERO), end).with_time(*time)
+            }
+            (Self::Medium { p, time, .. }, None) => Ray::new(*p, sample.wi).with_time(*time),
         }
     }
 }
@@ -232,14 +232,14 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     fn scatter(&self, tracer: &mut Tracer<'_>, path: &mut Walk, medium: &Medium, p: Vec3) -> Flight {
         let (wo, phase, from) = (-path.ray.direction, medium.phase(), Vantage::in_space(p));
         if !self.selection.is_empty() {
-            let vertex = Vertex::Medium { p, wo, phase };
+            let vertex = Vertex::Medium { p, wo, phase, time: path.ray.time };
             let direct = self.direct_through_media(tracer, &mut path.volume, &vertex, &from);
             path.radiance += self.contribution(path, direct);
         }
         let sample = phase.sample(wo, tracer.sampler.next_2d());
         path.volume.ratios.scatter(sample.pdf);
         path.arrival = Arrival { from, pdf: Some(sample.pdf) };
-        path.ray = Ray::new(p, sample.wi);
+        path.ray = Ray::new(p, sample.wi).with_time(path.ray.time);
         path.spread |= TAMED;
         if self.survives(tracer, path) { Flight::Scattered } else { Flight::Ended }
     }
@@ -310,7 +310,7 @@ impl Volume {
             let at = scene.interaction(&ray, &hit);
             medium = scene.medium_beyond(&hit, &at, ray.direction, medium);
             ray = match sample.end {
-                Some(end) => Ray::spawn_to((at.p, at.p_error, at.ng), end),
+                Some(end) => at.spawn_to(end),
                 None => at.spawn(ray.direction),
             };
             // A border so near to the light that its bounds of error meet is the last.
