@@ -33,15 +33,25 @@ impl Observer {
     }
 }
 
+/// An illuminant as Jakob and Hanika's program has it.
+pub(super) struct Illuminant {
+    /// Its column in the table of illuminants.
+    pub(super) name: &'static str,
+    /// The last wavelength at which it is not zero.
+    pub(super) last: f64,
+    /// What it is divided by: ∫ ȳ P dλ to some digits.
+    pub(super) total: f64,
+}
+
 impl Observer {
     /// The observer as Jakob and Hanika's program has it: of every fifth nanometre of `functions`, linear between, by Simpson's
-    /// 3/8 rule. `total` is what the program divides the illuminant by, ∫ ȳ P dλ to some digits.
-    pub(super) fn coarse(functions: &str, illuminants: &str, illuminant: &str, total: f64) -> Result<Self> {
+    /// 3/8 rule.
+    pub(super) fn coarse(functions: &str, illuminants: &str, illuminant: &Illuminant) -> Result<Self> {
         const PARTS: usize = 3 * 94;
         let every_fifth =
             |name| -> Result<Vec<_>> { Ok(column(functions, name)?.into_iter().step_by(5).collect()) };
         let (power, [x, y, z]) =
-            (column(illuminants, illuminant)?, [every_fifth("x")?, every_fifth("y")?, every_fifth("z")?]);
+            (power(illuminants, illuminant)?, [every_fifth("x")?, every_fifth("y")?, every_fifth("z")?]);
         let mut samples = Vec::with_capacity(PARTS + 1);
         let mut white = [0.0; 3];
         for i in 0..=PARTS {
@@ -52,7 +62,7 @@ impl Observer {
                 _ if i.is_multiple_of(3) => 2.0,
                 _ => 3.0,
             };
-            let weight = 0.375 * rule * (470.0 / PARTS as f64) * interpolate(&power, nm) / total;
+            let weight = 0.375 * rule * (470.0 / PARTS as f64) * interpolate(&power, nm) / illuminant.total;
             let weights = [&x, &y, &z].map(|function| weight * interpolate(function, nm));
             samples.push((2.0 * place - 1.0, weights));
             for (white, weight) in white.iter_mut().zip(weights) {
@@ -61,6 +71,12 @@ impl Observer {
         }
         Ok(Self { samples, white })
     }
+}
+
+/// The pairs of wavelength and power of an illuminant, every five nanometres.
+fn power(illuminants: &str, illuminant: &Illuminant) -> Result<Vec<(f64, f64)>> {
+    let end = |(nm, power)| (nm, if nm > illuminant.last { 0.0 } else { power });
+    Ok(column(illuminants, illuminant.name)?.into_iter().map(end).collect())
 }
 
 /// The pairs of wavelength and value in the column called `name` of a table with commas.

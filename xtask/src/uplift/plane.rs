@@ -5,25 +5,29 @@
 //! finer than those of reflectances.
 //!
 //! The cells are those of Jakob and Hanika's own table between two of whose planes the half lies, which programs interpolate
-//! over: pbrt-v4 and others that read the authors' tables show the same colours to 2e-4. A half exactly would differ by 7e-4.
-//! For the same reason the table of ACES is made under CIE D60 and with the matrix as the standard rounds it; its white is none
-//! of the table's colours, and stays white.
+//! over, made with the program's own tables and matrices: pbrt-v4 and others that read the authors' tables show the same colours to
+//! 5e-5. The exact half under the exact illuminants would differ from them by up to 1e-3. White is none of the table's colours, and
+//! stays white.
 //!
 //! Source: Jakob, Hanika, *A Low-Dimensional Function Space for Efficient Spectral Upsampling*, CGF 38(2), 2019, and the
-//! program that comes with it (rgb2spec), for the places of cells and the illuminant.
+//! program that comes with it (rgb2spec), for the places of cells, the illuminants and the matrices.
 
 use glam::DVec3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use sahl_image::ColorSpace;
 
-use super::observer::Observer;
+use super::observer::{Illuminant, Observer};
 use super::solve::{self, Coefficients};
 use crate::Result;
 
 /// Cells along each axis; the renderer knows the same number.
 pub(super) const RESOLUTION: usize = 64;
-/// What the program divides CIE D60 by.
-const TOTAL_OF_D60: f64 = 10536.3;
+/// CIE D65 and CIE D60 as the program has them.
+const D65: Illuminant = Illuminant { name: "D65", last: 780.0, total: 10_566.864_005_283_874 };
+const D60: Illuminant = Illuminant { name: "D60", last: 825.0, total: 10_536.3 };
+/// The matrix of sRGB as it used to be rounded.
+const SRGB_TO_XYZ: [[f64; 3]; 3] =
+    [[0.412_453, 0.357_580, 0.180_423], [0.212_671, 0.715_160, 0.072_169], [0.019_334, 0.119_193, 0.950_227]];
 
 /// What turns colours of one space into coefficients.
 pub(super) struct Plane {
@@ -36,16 +40,13 @@ impl Plane {
     /// From the tables of the observer, of the illuminants and of CIE D60, in the format of the files in data/color/.
     pub(super) fn new(tables: [&str; 3], space: ColorSpace) -> Result<Self> {
         let [functions, illuminants, d60] = tables;
-        let mut to_xyz = space.rgb_to_xyz_matrix();
-        if space == ColorSpace::Aces2065_1 {
-            let observer = Observer::coarse(functions, d60, "D60", TOTAL_OF_D60)?;
-            return Ok(Self { observer, to_xyz });
-        }
-        let observer = Observer::new(functions, illuminants, "D65")?;
-        for (row, white) in to_xyz.iter_mut().zip(observer.white) {
-            let rounded: f64 = row.iter().sum();
-            *row = row.map(|x| x * white / rounded);
-        }
+        let observer = match space {
+            ColorSpace::Aces2065_1 => Observer::coarse(functions, d60, &D60),
+            ColorSpace::Srgb | ColorSpace::DciP3 | ColorSpace::Rec2020 => {
+                Observer::coarse(functions, illuminants, &D65)
+            }
+        }?;
+        let to_xyz = if space == ColorSpace::Srgb { SRGB_TO_XYZ } else { space.rgb_to_xyz_matrix() };
         Ok(Self { observer, to_xyz })
     }
 

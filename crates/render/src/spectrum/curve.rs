@@ -128,7 +128,7 @@ impl SpectralCurve {
         let sampled = match role {
             ColorRole::Albedo => Sampled::Color(Uplifted::exact_albedo(rgb, space)),
             ColorRole::Unbounded => Sampled::Color(Uplifted::exact_unbounded(rgb, space)),
-            ColorRole::Illuminant => Sampled::Light(UpliftedLight::exact(rgb, space)),
+            ColorRole::Illuminant => Sampled::Light(UpliftedLight::new(rgb, space)),
         };
         let rgb = to_srgb(rgb, space, role);
         let largest = rgb[0].max(rgb[1]).max(rgb[2]);

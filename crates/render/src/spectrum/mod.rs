@@ -249,9 +249,9 @@ mod tests {
             (include_bytes!("../../../../data/color/uplift-dci-p3.bin"), 0xb666_f1c1_66f5_c90c),
             (include_bytes!("../../../../data/color/uplift-rec2020.bin"), 0x6b31_21bc_7afa_5e4a),
             (include_bytes!("../../../../data/color/uplift-aces2065-1.bin"), 0x700d_7e17_efd9_7cc3),
-            (include_bytes!("../../../../data/color/uplift-light-srgb.bin"), 0x4182_016f_c9f2_3818),
-            (include_bytes!("../../../../data/color/uplift-light-dci-p3.bin"), 0xfe9d_4e45_3623_df93),
-            (include_bytes!("../../../../data/color/uplift-light-rec2020.bin"), 0xe045_ab57_ef23_d0aa),
+            (include_bytes!("../../../../data/color/uplift-light-srgb.bin"), 0x19fb_b0d7_97cb_79b7),
+            (include_bytes!("../../../../data/color/uplift-light-dci-p3.bin"), 0xbbca_dda5_17ad_8081),
+            (include_bytes!("../../../../data/color/uplift-light-rec2020.bin"), 0xe299_a5b9_5201_8e87),
             (include_bytes!("../../../../data/color/uplift-light-aces2065-1.bin"), 0xcd7a_bcb6_52c2_619f),
             (include_bytes!("../../../../data/color/illuminant-d60.csv"), 0x98f6_4fd9_47ad_23b4),
         ];

@@ -9,7 +9,8 @@
 //! spaced (`xtask/src/uplift`); what the interpolation costs in colour is asserted below.
 //!
 //! Colours of light and of other quantities without a limit are multiples of one whose largest component is a half: these have
-//! finer tables, because skies are seen without noise. What is given once, and seen often, is met exactly.
+//! finer tables, because skies are seen without noise; light is always looked up there, so that a lamp and a texture of one colour
+//! are alike. Other colours that are given once, and seen often, are met exactly.
 //!
 //! Deliberately absent: making the tables, which is `cargo xtask uplift`.
 
@@ -238,11 +239,6 @@ impl UpliftedLight {
         Self { color: Uplifted::unbounded(rgb, space), white: cie::white(space) }
     }
 
-    /// Light whose colour is met exactly.
-    pub(crate) fn exact(rgb: [f32; 3], space: ColorSpace) -> Self {
-        Self { color: Uplifted::exact_unbounded(rgb, space), white: cie::white(space) }
-    }
-
     /// The value at each wavelength of a path.
     #[inline]
     pub(crate) fn lanes(&self, hero: &HeroWavelengths) -> Vec4 {
@@ -392,15 +388,15 @@ mod tests {
             // The widest space holds colours that no reflectance has.
             let space = if i % 2 == 0 { ColorSpace::Srgb } else { ColorSpace::DciP3 };
             let found = color(&Uplifted::exact_albedo(rgb, space), space);
-            let light = color(&UpliftedLight::exact(rgb.map(|x| 40.0 * x), space).color, space);
+            let other = color(&Uplifted::exact_unbounded(rgb.map(|x| 40.0 * x), space), space);
             for lane in 0..3 {
                 assert!((found[lane] - rgb[lane]).abs() < 2e-6, "{rgb:?}: {found:?}");
-                assert!((light[lane] / 40.0 - rgb[lane]).abs() < 2e-6, "{rgb:?}: {light:?}");
+                assert!((other[lane] / 40.0 - rgb[lane]).abs() < 2e-6, "{rgb:?}: {other:?}");
             }
         }
         // Black and saturated colours stay what the table has.
         assert_eq!(Uplifted::exact_unbounded([0.0; 3], ColorSpace::Srgb).scale, 0.0);
-        let pure = UpliftedLight::exact([0.0, 1.0, 0.0], ColorSpace::Rec2020);
+        let pure = Uplifted::exact_unbounded([0.0, 1.0, 0.0], ColorSpace::Rec2020);
         assert!(pure.lanes(&HeroWavelengths::sample(0.5)).is_finite());
     }
 
@@ -415,7 +411,7 @@ mod tests {
                 let error = (0..3).map(|i| (found[i] - rgb[i]).abs()).fold(0.0, f32::max);
                 (worst, sum) = (worst.max(error), sum + error);
             }
-            assert!(worst < 1.5e-3 && sum / 500.0 < 4e-4, "{space:?} {worst} {}", sum / 500.0);
+            assert!(worst < 1.5e-3 && sum / 500.0 < 6e-4, "{space:?} {worst} {}", sum / 500.0);
         }
         // A blue sky in the space in which skies are measured; its table is that of another white (`xtask/src/uplift/plane`).
         let (space, sky) = (ColorSpace::Aces2065_1, [0.08, 0.085, 0.13]);
