@@ -4,8 +4,7 @@
 //! further it has gone, the more the boxes overlap and the longer rays take. [`Refit::cost_ratio`] tells how much, and the caller decides
 //! when to build anew.
 
-use std::fmt;
-use std::sync::Arc;
+mod edit;
 
 use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
@@ -18,33 +17,9 @@ use crate::layout::{Child, MovedLeaf, MovedPrimitives, Vertices};
 use crate::motion::usable_triangle;
 use crate::primitive::{Primitives, are_usable, has_area, is_usable, vertices};
 use crate::vertices::TriangleVertices;
-use crate::world::{Geometry, Placement, World};
-
-/// A change of a world that leaves what refers to what.
-#[derive(Clone, Debug)]
-pub enum Edit {
-    /// Other vertices for a mesh of triangles that stand still, or of patches.
-    Positions {
-        /// Which geometry.
-        geometry: u32,
-        /// All vertices.
-        positions: Arc<[Vec3]>,
-    },
-    /// Other vertices for a mesh of triangles that move.
-    MovingPositions {
-        /// Which geometry.
-        geometry: u32,
-        /// All vertices when the shutter opens, and when it closes.
-        positions: [Arc<[Vec3]>; 2],
-    },
-    /// Another place, or another motion, for an instance.
-    Placement {
-        /// Which instance.
-        instance: u32,
-        /// From the group's space to the world.
-        to_world: Placement,
-    },
-}
+use crate::world::{Geometry, World};
+use edit::Changes;
+pub use edit::{Edit, UnfitEdit};
 
 /// What came of edits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,21 +32,6 @@ pub struct Refit {
     pub rebuilt: bool,
 }
 
-/// The first edit of a list that does not fit the world: there is no such geometry or instance, or the geometry is of another kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UnfitEdit {
-    /// Its place in the list.
-    pub place: usize,
-}
-
-impl fmt::Display for UnfitEdit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "edit {} is of a geometry or instance that is not there or is of another kind", self.place)
-    }
-}
-
-impl std::error::Error for UnfitEdit {}
-
 /// What a structure remembers of when it was built or last refitted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Measures {
@@ -81,72 +41,6 @@ pub(crate) struct Measures {
     pub(crate) group_costs: Vec<f32>,
     /// With the visit of the leaf that they are.
     pub(crate) moving_costs: Vec<f32>,
-}
-
-/// What edits touch.
-struct Changes {
-    geometries: Vec<bool>,
-    instances: Vec<bool>,
-}
-
-impl Edit {
-    fn fits(&self, world: &World) -> bool {
-        match self {
-            Self::Positions { geometry, .. } => matches!(
-                world.geometries.get(*geometry as usize),
-                Some(Geometry::Triangles(_) | Geometry::Patches(_))
-            ),
-            Self::MovingPositions { geometry, .. } => {
-                matches!(world.geometries.get(*geometry as usize), Some(Geometry::MovingTriangles(_)))
-            }
-            Self::Placement { instance, .. } => (*instance as usize) < world.instances.len(),
-        }
-    }
-
-    /// Changes the world that it fits.
-    fn apply(self, world: &mut World) {
-        match self {
-            Self::Positions { geometry, positions } => match &mut world.geometries[geometry as usize] {
-                Geometry::Triangles(mesh) => mesh.positions = positions,
-                Geometry::Patches(mesh) => mesh.positions = positions,
-                _ => {}
-            },
-            Self::MovingPositions { geometry, positions } => {
-                if let Geometry::MovingTriangles(mesh) = &mut world.geometries[geometry as usize] {
-                    mesh.positions = positions;
-                }
-            }
-            Self::Placement { instance, to_world } => world.instances[instance as usize].to_world = to_world,
-        }
-    }
-}
-
-impl Changes {
-    fn of(edits: &[Edit], world: &World) -> Self {
-        let mut geometries = vec![false; world.geometries.len()];
-        let mut instances = vec![false; world.instances.len()];
-        for edit in edits {
-            match edit {
-                Edit::Positions { geometry, .. } | Edit::MovingPositions { geometry, .. } => {
-                    geometries[*geometry as usize] = true;
-                }
-                Edit::Placement { instance, .. } => instances[*instance as usize] = true,
-            }
-        }
-        Self { geometries, instances }
-    }
-
-    fn geometry(&self, geometry: u32) -> bool {
-        self.geometries.get(geometry as usize).is_some_and(|&is_changed| is_changed)
-    }
-
-    fn any_of(&self, geometries: &[u32]) -> bool {
-        geometries.iter().any(|&geometry| self.geometry(geometry))
-    }
-
-    fn changed_geometries(&self) -> impl Iterator<Item = u32> {
-        (0..).zip(&self.geometries).filter(|(_, is_changed)| **is_changed).map(|(geometry, _)| geometry)
-    }
 }
 
 impl Accel {

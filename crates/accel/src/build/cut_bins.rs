@@ -2,7 +2,8 @@
 
 use sahl_math::Vec3;
 
-use super::bins::{Bins, MAX_BINS, Mapping, blocks};
+use super::bins::{Bins, MAX_BINS, blocks};
+use super::mapping::Mapping;
 use super::reference::{Box8, Reference};
 use crate::kernel::{Isa, Lanes, Row, Task};
 use crate::layout::Vertices;

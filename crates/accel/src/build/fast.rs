@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::bins::Binning;
+use super::binning::Binning;
 use super::curve::{self, Key};
 use super::reference::{Box8, Extent, Reference};
 use super::split::{Halves, Range, Splitter, build_nodes};

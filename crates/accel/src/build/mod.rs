@@ -4,11 +4,13 @@
 //! The tree is a function of the input alone: nodes stand in depth-first order, whoever wrote them, and bins are merged by
 //! minimum, maximum and integer sums, which no order changes.
 
+mod binning;
 mod bins;
 mod clip;
 mod curve;
 mod cut_bins;
 mod fast;
+mod mapping;
 mod median;
 mod part;
 mod reference;
@@ -25,7 +27,7 @@ use crate::layout::Vertices;
 use crate::options::{BuildOptions, Builder};
 use crate::primitive::Item;
 
-use bins::Binning;
+use binning::Binning;
 pub(crate) use curve::Key;
 pub(crate) use reference::{Box8, Extent, Reference};
 use reinsertion::Effort;

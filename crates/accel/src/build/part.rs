@@ -1,6 +1,7 @@
 //! Parting a range at a plane.
 
-use super::bins::{Mapping, Plane};
+use super::bins::Plane;
+use super::mapping::Mapping;
 use super::reference::{Box8, Reference};
 use crate::kernel::{Isa, Lanes, Row, Task};
 

@@ -1,6 +1,6 @@
 //! Surface area heuristic: bins for large ranges, every possibility for small ones, the middle where costs do not tell.
 
-use super::bins::Binning;
+use super::binning::Binning;
 use super::split::{Halves, Range};
 use super::{MAX_LEAF, median, sweep};
 

@@ -7,9 +7,11 @@
 //! Source: Stich, Friedrich, Dietrich, *Spatial Splits in Bounding Volume Hierarchies*, High Performance Graphics 2009. Deviations: the
 //! restriction to large triangles, and to ranges where the cut of the two sides' overlap would be worth it.
 
-use super::bins::{Binning, Bins, MAX_BINS, Mapping, ObjectSplit, Plane};
+use super::binning::{Binning, ObjectSplit};
+use super::bins::{Bins, MAX_BINS, Plane};
 use super::clip;
 use super::cut_bins::{AxisBins, Fill, Side, SpatialSplit};
+use super::mapping::Mapping;
 use super::reference::{Box8, Extent, Reference};
 use super::sah::{split_in_the_middle, split_small};
 use super::split::{Halves, Range, Splitter, build_nodes};

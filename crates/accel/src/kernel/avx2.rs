@@ -8,10 +8,9 @@ use std::arch::x86_64::{
     _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permutevar8x32_ps,
     _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_storeu_ps, _mm256_sub_ps,
 };
-use std::ops::{Add, Mul, Sub};
 
 use super::WIDTH;
-use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 
 /// The proof that the processor has AVX2 and the bit instructions that came with it.
 #[derive(Clone, Copy, Debug)]
@@ -198,26 +197,8 @@ impl Lanes for F32x8 {
     }
 }
 
-impl Add for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(avx2!(_mm256_add_ps(self.0, other.0)))
-    }
-}
-
-impl Sub for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(avx2!(_mm256_sub_ps(self.0, other.0)))
-    }
-}
-
-impl Mul for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(avx2!(_mm256_mul_ps(self.0, other.0)))
-    }
+operators! { F32x8:
+    Add::add(a, b) => Self(avx2!(_mm256_add_ps(a.0, b.0)));
+    Sub::sub(a, b) => Self(avx2!(_mm256_sub_ps(a.0, b.0)));
+    Mul::mul(a, b) => Self(avx2!(_mm256_mul_ps(a.0, b.0)));
 }

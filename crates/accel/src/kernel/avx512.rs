@@ -12,9 +12,8 @@ use std::arch::x86_64::{
     _mm512_mul_ps, _mm512_reduce_max_ps, _mm512_reduce_min_ps, _mm512_set1_ps, _mm512_storeu_ps,
     _mm512_sub_ps,
 };
-use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 use super::{BUNDLE_RAYS, WIDTH};
 
 /// The proof that the processor has AVX-512 F, VL, BW and DQ, and BMI.
@@ -185,28 +184,10 @@ impl Lanes for F32x8 {
     }
 }
 
-impl Add for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(avx512!(_mm256_add_ps(self.0, other.0)))
-    }
-}
-
-impl Sub for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(avx512!(_mm256_sub_ps(self.0, other.0)))
-    }
-}
-
-impl Mul for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(avx512!(_mm256_mul_ps(self.0, other.0)))
-    }
+operators! { F32x8:
+    Add::add(a, b) => Self(avx512!(_mm256_add_ps(a.0, b.0)));
+    Sub::sub(a, b) => Self(avx512!(_mm256_sub_ps(a.0, b.0)));
+    Mul::mul(a, b) => Self(avx512!(_mm256_mul_ps(a.0, b.0)));
 }
 
 /// Sixteen `f32`.
@@ -280,26 +261,8 @@ impl Lanes for F32x16 {
     }
 }
 
-impl Add for F32x16 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(avx512!(_mm512_add_ps(self.0, other.0)))
-    }
-}
-
-impl Sub for F32x16 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(avx512!(_mm512_sub_ps(self.0, other.0)))
-    }
-}
-
-impl Mul for F32x16 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(avx512!(_mm512_mul_ps(self.0, other.0)))
-    }
+operators! { F32x16:
+    Add::add(a, b) => Self(avx512!(_mm512_add_ps(a.0, b.0)));
+    Sub::sub(a, b) => Self(avx512!(_mm512_sub_ps(a.0, b.0)));
+    Mul::mul(a, b) => Self(avx512!(_mm512_mul_ps(a.0, b.0)));
 }

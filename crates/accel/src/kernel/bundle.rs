@@ -1,14 +1,17 @@
 //! Rays that go nearly the same way: the boxes that any of them may meet, and which of them meet one box.
 
+mod frustum;
+mod triangles;
+
 use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
-use super::beam::{Beam, BeamVertices, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
-use super::block::TriangleBlock;
-use super::isa::{BundleRow, Interval, Isa, Lanes, Octant, Row};
-use super::node::{EXIT_WIDENING, Node, Planes};
-use super::watertight::{RayLanes, Relative, SolvedArrays};
+use super::beam::Beam;
+use super::isa::{BundleRow, Isa, Lanes, Octant, Row};
+use super::node::EXIT_WIDENING;
 use crate::geometry::triangle::{Axis, Shear};
+pub(crate) use frustum::Frustum;
+pub(crate) use triangles::BundledBlock;
 
 /// Rays of a bundle.
 pub(crate) const BUNDLE_RAYS: usize = 64;
@@ -64,59 +67,6 @@ pub(crate) struct NearestHit {
     pub(crate) id: u32,
     pub(crate) instance: u32,
     pub(crate) weights: [f32; 2],
-}
-
-/// The bounds of a bundle: each number is the least or the greatest among its rays.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Frustum {
-    /// What gives the lowest parameter at a plane where rays enter, one an axis.
-    enter_origin: [f32; 3],
-    reciprocal: [[f32; 3]; 2],
-    /// What gives the highest parameter at a plane where rays leave.
-    exit_origin: [f32; 3],
-    widened: [[f32; 3]; 2],
-    enter: [Planes; 3],
-    exit: [Planes; 3],
-    pub(crate) octant: Octant,
-    t_min: f32,
-}
-
-impl Frustum {
-    /// For each child, the lowest parameter at which any ray enters its box, and the highest at which any leaves it.
-    ///
-    /// Rounding is monotonic: what holds of exact products of bounds holds of rounded ones.
-    #[inline(always)]
-    pub(crate) fn interval<I: Isa>(&self, isa: I, node: Node<'_>, reach: f32) -> Interval<I::F32> {
-        let enter = self.lowest(isa, node, 2).max(isa.splat(self.t_min));
-        let enter = self.lowest(isa, node, 0).max(self.lowest(isa, node, 1).max(enter));
-        let exit = self.highest(isa, node, 2).min(isa.splat(reach));
-        let exit = self.highest(isa, node, 0).min(self.highest(isa, node, 1).min(exit));
-        Interval { enter, exit }
-    }
-
-    #[inline(always)]
-    fn lowest<I: Isa>(&self, isa: I, node: Node<'_>, axis: usize) -> I::F32 {
-        let offset = isa.load(node.planes(self.enter[axis])) - isa.splat(self.enter_origin[axis]);
-        let [low, high] = &self.reciprocal;
-        (offset * isa.splat(low[axis])).min(offset * isa.splat(high[axis]))
-    }
-
-    #[inline(always)]
-    fn highest<I: Isa>(&self, isa: I, node: Node<'_>, axis: usize) -> I::F32 {
-        let offset = isa.load(node.planes(self.exit[axis])) - isa.splat(self.exit_origin[axis]);
-        let [low, high] = &self.widened;
-        (offset * isa.splat(low[axis])).max(offset * isa.splat(high[axis]))
-    }
-
-    /// The planes of a child's box where the rays enter, and those where they leave.
-    #[inline(always)]
-    pub(crate) fn child_planes(&self, node: Node<'_>, lane: usize) -> [[f32; 3]; 2] {
-        let lane = lane % WIDTH;
-        let [x, y, z] = self.enter;
-        let enter = [node.planes(x).0[lane], node.planes(y).0[lane], node.planes(z).0[lane]];
-        let [x, y, z] = self.exit;
-        [enter, [node.planes(x).0[lane], node.planes(y).0[lane], node.planes(z).0[lane]]]
-    }
 }
 
 impl RayBundle {
@@ -274,153 +224,6 @@ impl RayBundle {
         self.shear.is_some()
     }
 
-    /// Tests a triangle against some rays of a group, one bit each; returns whether any of them hits it before what it has hit.
-    ///
-    /// The rays must have a common axis. `rays` are those from which the bundle was loaded.
-    #[inline(always)]
-    pub(crate) fn intersect<I: Isa>(
-        &mut self,
-        isa: I,
-        (group, lanes): (usize, u32),
-        (block, triangle): (BundledBlock<'_, I>, usize),
-        rays: &[Ray],
-    ) -> bool {
-        let triangle = triangle % WIDTH;
-        let Some((relative, ray_lanes)) = self.prepare(isa, group, (block, triangle)) else { return false };
-        let block = block.block;
-        let Some(solved) = relative.solve_few(&ray_lanes, lanes) else { return false };
-        let (limit, id) = (ray_lanes.limit, block.id(triangle));
-        // What is as near as what was hit is decided by names, one by one.
-        let special = solved.special | solved.certain & solved.t.equal(limit);
-        let nearer = solved.certain & solved.t.less(limit);
-        replace(isa, &mut self.limit, (group, nearer), solved.t);
-        let reach = isa.load_wide(&self.limit, group) * limit.splat(EXIT_WIDENING);
-        isa.store_wide(reach, &mut self.reach, group);
-        replace(isa, &mut self.id, (group, nearer), limit.splat(f32::from_bits(id)));
-        replace(isa, &mut self.instance, (group, nearer), limit.splat(f32::from_bits(u32::MAX)));
-        replace(isa, &mut self.weights[0], (group, nearer), solved.b1);
-        replace(isa, &mut self.weights[1], (group, nearer), solved.b2);
-        let first = group * I::WIDE;
-        let decided = special != 0 && {
-            let named = (id, &block.vertices(triangle));
-            self.decide((first, special), &solved.to_arrays(), named, rays)
-        };
-        nearer != 0 || decided
-    }
-
-    /// Looks closer at some lanes of a group.
-    #[inline(never)]
-    fn decide<A: AsRef<[f32]>>(
-        &mut self,
-        (first, mut lanes): (usize, u32),
-        solved: &SolvedArrays<A>,
-        (id, vertices): (u32, &[Vec3; 3]),
-        rays: &[Ray],
-    ) -> bool {
-        let mut changed = false;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            let place = first + lane;
-            let before = self.nearest(place);
-            let Some(hit) = solved.hit(lane, &rays[place], before.t, (id, || *vertices)) else { continue };
-            let comes_first =
-                hit.t < before.t || hit.t == before.t && (u32::MAX, hit.id) < (before.instance, before.id);
-            if comes_first {
-                let weights = [hit.b1, hit.b2];
-                self.set_nearest(place, NearestHit { t: hit.t, id: hit.id, weights, instance: u32::MAX });
-                changed = true;
-            }
-        }
-        changed
-    }
-
-    #[inline(always)]
-    fn prepare<I: Isa>(
-        &self,
-        isa: I,
-        group: usize,
-        (BundledBlock { block, vertices }, triangle): (BundledBlock<'_, I>, usize),
-    ) -> Option<Prepared<I::Wide>> {
-        let shear = self.shear.as_ref()?;
-        let [sx, sy, sz] = &shear.factors;
-        let rays = RayLanes {
-            factors: [isa.load_wide(sx, group), isa.load_wide(sy, group), isa.load_wide(sz, group)],
-            t_min: isa.load_wide(&self.t_min, group),
-            limit: isa.load_wide(&self.limit, group),
-        };
-        if let Some(vertices) = vertices {
-            return Some((vertices.triangle(triangle, rays.t_min), rays));
-        }
-        let [x, y, z] = shear.axes;
-        let relative = Relative {
-            x: self.relative(isa, group, (x, (block, triangle))),
-            y: self.relative(isa, group, (y, (block, triangle))),
-            z: self.relative(isa, group, (z, (block, triangle))),
-        };
-        Some((relative, rays))
-    }
-
-    #[inline(always)]
-    fn relative<I: Isa>(
-        &self,
-        isa: I,
-        group: usize,
-        (axis, (block, triangle)): (Axis, (TriangleBlock<'_>, usize)),
-    ) -> [I::Wide; 3] {
-        let origin = isa.load_wide(&self.origin[axis as usize], group);
-        let [p0, p1, p2] = block.rows_of(axis);
-        let (p0, p1, p2) = (p0.0[triangle], p1.0[triangle], p2.0[triangle]);
-        [origin.splat(p0) - origin, origin.splat(p1) - origin, origin.splat(p2) - origin]
-    }
-
-    #[inline(always)]
-    fn frustum<I: Isa>(&self, isa: I, octant: Octant, origins: &[[f32; 2]; 3]) -> Frustum {
-        let (mut frustum_origin, mut reciprocal, mut widened) = ([[0.0; 3]; 2], [[0.0; 3]; 2], [[0.0; 3]; 2]);
-        for axis in 0..3 {
-            let [low, high] = origins[axis];
-            let negative = octant.index() >> axis & 1 == 1;
-            // From the highest origin a plane ahead is nearest.
-            let [enter, exit] = if negative { [low, high] } else { [high, low] };
-            (frustum_origin[0][axis], frustum_origin[1][axis]) = (enter, exit);
-            [reciprocal[0][axis], reciprocal[1][axis]] = range(isa, &self.reciprocal[axis]);
-            // As each ray's is made of its reciprocal: rounding is monotonic.
-            [widened[0][axis], widened[1][axis]] =
-                [reciprocal[0][axis] * EXIT_WIDENING, reciprocal[1][axis] * EXIT_WIDENING];
-        }
-        let [t_min, _] = range(isa, &self.t_min);
-        let (enter, exit) = Planes::of(octant);
-        let [enter_origin, exit_origin] = frustum_origin;
-        Frustum { enter_origin, reciprocal, exit_origin, widened, enter, exit, octant, t_min }
-    }
-
-    #[inline(always)]
-    fn beam<I: Isa>(&self, isa: I, origins: &[[f32; 2]; 3]) -> Option<Beam> {
-        let BundleShear { axes, factors: [sx, sy, _] } = self.shear.as_ref()?;
-        let mut origin = [0.0; 3];
-        for (coordinate, &axis) in origin.iter_mut().zip(axes) {
-            let [low, high] = origins[axis as usize];
-            if low != high {
-                return None;
-            }
-            *coordinate = low;
-        }
-        let ([low_x, high_x], [low_y, high_y]) = (range(isa, sx), range(isa, sy));
-        let middle = [0.5 * low_x + 0.5 * high_x, 0.5 * low_y + 0.5 * high_y];
-        let mut groups = [SlopeRange::default(); MAX_GROUPS];
-        let mut spread = 0.0_f32;
-        for (place, group) in groups.iter_mut().take(BUNDLE_RAYS / I::WIDE).enumerate() {
-            for (axis, slopes) in [sx, sy].into_iter().enumerate() {
-                let lanes = isa.load_wide(slopes, place);
-                let (low, high) = (lanes.least() - middle[axis], lanes.greatest() - middle[axis]);
-                group.center[axis] = 0.5 * low + 0.5 * high;
-                group.radius[axis] = 0.5 * (high - low) + SLOPE_ERROR;
-                spread = spread.max(low.abs()).max(high.abs());
-            }
-        }
-        Some(Beam { origin, axes: *axes, middle, spread: spread + SLOPE_ERROR, groups })
-    }
-
     /// What a ray has hit.
     #[inline(always)]
     pub(crate) fn nearest(&self, place: usize) -> NearestHit {
@@ -491,29 +294,6 @@ impl RayBundle {
         (origin.splat(plane) - origin) * isa.load_wide(&reciprocal[axis], group)
     }
 }
-
-/// Replaces some lanes of a group.
-#[inline(always)]
-fn replace<I: Isa>(isa: I, rows: &mut BundleRow, (group, lanes): (usize, u32), by: I::Wide) {
-    isa.store_wide(by.select(lanes, isa.load_wide(rows, group)), rows, group);
-}
-
-/// A block, and its vertices as the rays see them if these start at one point.
-pub(crate) struct BundledBlock<'a, I: Isa> {
-    pub(crate) block: TriangleBlock<'a>,
-    pub(crate) vertices: &'a Option<BeamVertices<<I::F32 as Lanes>::Array>>,
-}
-
-impl<I: Isa> Clone for BundledBlock<'_, I> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<I: Isa> Copy for BundledBlock<'_, I> {}
-
-/// A triangle relative to a group of rays, and the rays.
-type Prepared<F> = (Relative<F>, RayLanes<F>);
 
 /// What is known of a group of rays; one bit a lane.
 struct GroupLanes {

@@ -96,6 +96,21 @@ pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Out
     fn equal(self, other: Self) -> u32;
 }
 
+/// Implements the operators of lanes: the trait, its method with names for the operands, and the result.
+macro_rules! operators {
+    ($lanes:ident: $($operator:ident::$method:ident($left:ident, $right:ident) => $result:expr;)*) => {$(
+        impl std::ops::$operator for $lanes {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                let ($left, $right) = (self, other);
+                $result
+            }
+        }
+    )*};
+}
+pub(super) use operators;
+
 /// What is left of a row of lanes when they are combined pair by pair.
 #[inline(always)]
 pub(super) fn reduce(mut lanes: [f32; WIDTH], combine: impl Fn(f32, f32) -> f32) -> f32 {

@@ -1,4 +1,4 @@
-//! Eight lanes at a time: the instruction sets, and the two tests that run on them.
+//! Eight lanes at a time: the instruction sets, and the tests of nodes and triangles that run on them.
 //!
 //! [`isa::Isa`] is what a test asks of an instruction set. The scalar one is the specification; all give the same bits, so
 //! that every tier visits the same nodes and returns the same hits.

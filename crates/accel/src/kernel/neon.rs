@@ -6,9 +6,8 @@ use std::arch::aarch64::{
     vcleq_f32, vcltq_f32, vdivq_f32, vdupq_n_f32, vdupq_n_u32, vld1q_f32, vld1q_u32, vmulq_f32, vst1q_f32,
     vsubq_f32, vtstq_u32,
 };
-use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 use super::{WIDTH, scalar};
 
 /// NEON, which is part of every aarch64 processor.
@@ -181,26 +180,8 @@ impl Lanes for F32x8 {
     }
 }
 
-impl Add for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| neon!(vaddq_f32(a, b)))
-    }
-}
-
-impl Sub for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| neon!(vsubq_f32(a, b)))
-    }
-}
-
-impl Mul for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| neon!(vmulq_f32(a, b)))
-    }
+operators! { F32x8:
+    Add::add(a, b) => a.zip(b, |a, b| neon!(vaddq_f32(a, b)));
+    Sub::sub(a, b) => a.zip(b, |a, b| neon!(vsubq_f32(a, b)));
+    Mul::mul(a, b) => a.zip(b, |a, b| neon!(vmulq_f32(a, b)));
 }

@@ -1,9 +1,7 @@
 //! Eight lanes as an array: the specification of every instruction set.
 
-use std::ops::{Add, Mul, Sub};
-
 use super::WIDTH;
-use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
@@ -163,26 +161,8 @@ impl Lanes for F32x8 {
     }
 }
 
-impl Add for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
-}
-
-impl Sub for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-}
-
-impl Mul for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
+operators! { F32x8:
+    Add::add(a, b) => a.zip(b, |a, b| a + b);
+    Sub::sub(a, b) => a.zip(b, |a, b| a - b);
+    Mul::mul(a, b) => a.zip(b, |a, b| a * b);
 }

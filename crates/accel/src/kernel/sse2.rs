@@ -7,9 +7,8 @@ use std::arch::x86_64::{
     _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_epi32, _mm_set1_ps,
     _mm_setr_epi32, _mm_storeu_ps, _mm_sub_ps,
 };
-use std::ops::{Add, Mul, Sub};
 
-use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, reduce};
+use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 use super::{WIDTH, scalar};
 
 /// SSE2, which is part of every x86-64 processor.
@@ -183,26 +182,8 @@ impl Lanes for F32x8 {
     }
 }
 
-impl Add for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| sse!(_mm_add_ps(a, b)))
-    }
-}
-
-impl Sub for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| sse!(_mm_sub_ps(a, b)))
-    }
-}
-
-impl Mul for F32x8 {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| sse!(_mm_mul_ps(a, b)))
-    }
+operators! { F32x8:
+    Add::add(a, b) => a.zip(b, |a, b| sse!(_mm_add_ps(a, b)));
+    Sub::sub(a, b) => a.zip(b, |a, b| sse!(_mm_sub_ps(a, b)));
+    Mul::mul(a, b) => a.zip(b, |a, b| sse!(_mm_mul_ps(a, b)));
 }
