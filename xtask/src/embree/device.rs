@@ -40,8 +40,8 @@ pub(crate) struct Settings {
 pub(crate) struct Device {
     pub(super) api: Arc<Api>,
     pub(super) handle: DeviceHandle,
-    /// What the memory monitor counts; outlives the device, since it is freed after the device is released.
-    bytes: Box<AtomicI64>,
+    /// What the memory monitor counts, at an address that stays when the device is moved; freed after the device is released.
+    bytes: Arc<AtomicI64>,
 }
 
 // SAFETY: Embree's devices are reference-counted objects that any thread may use, by its documentation; what is called here for
@@ -80,11 +80,11 @@ impl Embree {
         if handle.is_null() {
             return Err(format!("Embree makes no device for {configuration:?}").into());
         }
-        let device = Device { api: Arc::clone(&self.api), handle, bytes: Box::default() };
+        let device = Device { api: Arc::clone(&self.api), handle, bytes: Arc::default() };
         if settings.counts_memory {
-            let counter: *const AtomicI64 = &raw const *device.bytes;
-            // SAFETY: the function has the monitor's type, and the counter it is given lives in a box of its own that is freed
-            // after the device is released.
+            let counter = Arc::as_ptr(&device.bytes);
+            // SAFETY: the function has the monitor's type, and the counter it is given, which is only ever shared, is freed after the
+            // device is released.
             unsafe {
                 (device.api.set_memory_monitor)(handle, Some(count_bytes), counter.cast_mut().cast());
             }

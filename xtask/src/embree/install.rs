@@ -1,4 +1,6 @@
 //! Fetches the library: a wheel of PyPI that contains it, unpacked into the build folder.
+//!
+//! Code from the network is run, so the wheels are known by their SHA-256 ([`REQUIREMENTS`]), and pip takes no other.
 
 use std::env;
 use std::fs;
@@ -7,15 +9,17 @@ use std::process::Command;
 
 use crate::Result;
 
-/// The wheel, which has the version of Embree that it carries.
-const WHEEL: &str = "embreex==4.4.0.post1";
+/// The wheel, which has the version of Embree that it carries, and its hash on each platform.
+const REQUIREMENTS: &str = include_str!("requirements.txt");
+/// The Python whose wheels [`REQUIREMENTS`] names, whichever it is that runs pip.
+const PYTHON_VERSION: &str = "3.12";
 /// The folder of the unpacked wheel.
-const FOLDER: &str = "embree-4.4.0.post1";
+const FOLDER: &str = "embree-4.4.0.post1-cp312";
 
 /// The library's file; downloads it if it is not there yet.
 ///
 /// # Errors
-/// No Python with pip, no network, or no wheel for this platform.
+/// No Python with pip, no network, no wheel for this platform, or one with another hash.
 pub(super) fn library() -> Result<PathBuf> {
     let cache = target_folder()?.join("peers");
     let folder = cache.join(FOLDER);
@@ -37,16 +41,21 @@ fn target_folder() -> Result<PathBuf> {
 /// Downloads and unpacks the wheel beside `folder`, then moves it there, so that `folder` is never half full.
 #[expect(clippy::print_stderr, reason = "a download takes a while")]
 fn install(cache: &Path, folder: &Path) -> Result<()> {
-    eprintln!("fetching {WHEEL} from PyPI into {}", folder.display());
+    eprintln!("fetching Embree from PyPI into {}", folder.display());
     let partial = cache.join(format!("{FOLDER}.partial"));
     if partial.exists() {
         fs::remove_dir_all(&partial)?;
     }
     let wheels = partial.join("wheels");
     fs::create_dir_all(&wheels)?;
+    let requirements = partial.join("requirements.txt");
+    fs::write(&requirements, REQUIREMENTS)?;
     let mut pip = python();
-    pip.args(["-m", "pip", "download", WHEEL, "--no-deps", "--only-binary=:all:", "--quiet", "-d"])
-        .arg(&wheels);
+    pip.args(["-m", "pip", "download", "--require-hashes", "--no-deps", "--only-binary=:all:", "--quiet"])
+        .args(["--python-version", PYTHON_VERSION, "-d"])
+        .arg(&wheels)
+        .arg("-r")
+        .arg(&requirements);
     run(pip, "pip could not fetch the wheel")?;
     let wheel = fs::read_dir(&wheels)?.next().ok_or("pip fetched nothing")??.path();
     let unpacked = partial.join("unpacked");

@@ -16,4 +16,4 @@ mod scene;
 pub(crate) use device::{Device, Embree, Isa, Settings};
 pub(crate) use ffi::{INVALID, Ray, RayHit, RayHit16};
 pub(crate) use query::{intersect, intersect_packets, occluded, pack, single};
-pub(crate) use scene::{Quality, Scene};
+pub(crate) use scene::{Draft, Quality, Scene};

@@ -20,7 +20,7 @@ struct Valid([c_int; 16]);
 pub(crate) fn intersect(scene: &Scene, rays: &mut [RayHit]) {
     let intersect1 = scene.device.api.intersect1;
     for ray in rays {
-        // SAFETY: the scene is alive and `ray` a valid `RTCRayHit`, borrowed alone; null stands for default arguments.
+        // SAFETY: the scene is alive and committed and `ray` a valid `RTCRayHit`, borrowed alone; null stands for default arguments.
         unsafe { intersect1(scene.handle, ray, ptr::null_mut()) };
     }
 }
@@ -39,7 +39,7 @@ pub(crate) fn intersect_packets(scene: &Scene, packets: &mut [RayHit16], coheren
         reserved: [0; 7],
     };
     for packet in packets {
-        // SAFETY: the scene is alive; mask, packet and arguments have the layout and the alignment (64 bytes) of Embree's
+        // SAFETY: the scene is alive and committed; mask, packet and arguments have the layout and the alignment (64 bytes) of Embree's
         // structures, and the packet is borrowed alone.
         unsafe { intersect16(valid.0.as_ptr(), scene.handle, packet, &raw mut arguments) };
     }
@@ -49,7 +49,7 @@ pub(crate) fn intersect_packets(scene: &Scene, packets: &mut [RayHit16], coheren
 pub(crate) fn occluded(scene: &Scene, rays: &mut [Ray]) {
     let occluded1 = scene.device.api.occluded1;
     for ray in rays {
-        // SAFETY: the scene is alive and `ray` a valid `RTCRay`, borrowed alone; null stands for default arguments.
+        // SAFETY: the scene is alive and committed and `ray` a valid `RTCRay`, borrowed alone; null stands for default arguments.
         unsafe { occluded1(scene.handle, ray, ptr::null_mut()) };
     }
 }

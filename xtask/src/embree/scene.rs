@@ -17,7 +17,11 @@ pub(crate) enum Quality {
     High,
 }
 
-/// A mesh handed over to Embree. Until [`Scene::commit`] there is no tree.
+/// A mesh handed over to Embree, without a tree, so that nothing can be asked of it.
+#[derive(Debug)]
+pub(crate) struct Draft(Scene);
+
+/// A mesh with Embree's tree over it, which does not change any more.
 #[derive(Debug)]
 pub(crate) struct Scene {
     pub(super) device: Arc<Device>,
@@ -28,16 +32,16 @@ pub(crate) struct Scene {
     mesh: TriangleMesh,
 }
 
-// SAFETY: Embree's scenes may be used from any thread, one at a time as long as they change (`&mut self` here).
+// SAFETY: Embree's scenes may be used and released from any thread; while they change, in [`Draft`], one thread owns them.
 unsafe impl Send for Scene {}
-// SAFETY: of what takes `&self`, the queries on a committed scene are meant for any number of threads at once.
+// SAFETY: queries on a committed scene are meant for any number of threads at once, and a draft offers none.
 unsafe impl Sync for Scene {}
 
-impl Scene {
+impl Draft {
     /// A scene of the mesh, whose buffers are shared with Embree.
     ///
     /// # Errors
-    /// Embree refuses.
+    /// An index is out of range, which Embree would not notice, or Embree refuses.
     pub(crate) fn new(
         device: &Arc<Device>,
         mesh: &TriangleMesh,
@@ -45,6 +49,10 @@ impl Scene {
         robust: bool,
     ) -> Result<Self> {
         let api = &device.api;
+        let count = mesh.positions.len();
+        if let Some(index) = mesh.indices.as_flattened().iter().find(|index| **index as usize >= count) {
+            return Err(format!("vertex {index} of a mesh of {count}").into());
+        }
         // Embree reads vertices by loads of 16 bytes: room for one float after the last.
         let vertices: Vec<f32> =
             mesh.positions.iter().flat_map(|&p| <[f32; 3]>::from(p)).chain([0.0; 4]).collect();
@@ -58,7 +66,7 @@ impl Scene {
             device.check()?;
             return Err("Embree makes no scene".into());
         }
-        let scene = Self { device: Arc::clone(device), handle, vertices, mesh: mesh.clone() };
+        let scene = Scene { device: Arc::clone(device), handle, vertices, mesh: mesh.clone() };
         // SAFETY: the scene is alive, and the values are those of its flags and qualities.
         unsafe {
             (api.set_scene_flags)(handle, if robust { ffi::SCENE_FLAG_ROBUST } else { ffi::SCENE_FLAG_NONE });
@@ -66,17 +74,34 @@ impl Scene {
         }
         scene.attach_mesh();
         device.check()?;
-        Ok(scene)
+        Ok(Self(scene))
     }
 
+    /// Builds the tree.
+    ///
+    /// # Errors
+    /// Embree fails.
+    pub(crate) fn commit(self) -> Result<Scene> {
+        let Self(scene) = self;
+        // SAFETY: the scene is alive and not in use, since only its draft knew it.
+        unsafe {
+            (scene.device.api.commit_scene)(scene.handle);
+        }
+        scene.device.check()?;
+        Ok(scene)
+    }
+}
+
+impl Scene {
     /// Makes the scene's mesh its geometry.
     fn attach_mesh(&self) {
         let api = &self.device.api;
         let vertices = (ffi::BUFFER_TYPE_VERTEX, ffi::FORMAT_FLOAT3, self.vertices.as_ptr().cast());
         let indices = (ffi::BUFFER_TYPE_INDEX, ffi::FORMAT_UINT3, self.mesh.indices.as_ptr().cast());
         let counts = [self.mesh.positions.len(), self.mesh.indices.len()];
-        // SAFETY: handles are alive; the buffers hold as many elements of three times four bytes as is said, in these formats and with
-        // the padding that Embree asks for, at heap addresses that stay when the scene is moved, and live as long as it.
+        // SAFETY: handles are alive; the buffers hold as many elements of three times four bytes as is said, in these formats, with
+        // indices in range and the padding that Embree asks for, at heap addresses that stay when the scene is moved, and live as long
+        // as it.
         unsafe {
             let geometry = (api.new_geometry)(self.device.handle, ffi::GEOMETRY_TYPE_TRIANGLE);
             for ((kind, format, start), count) in [vertices, indices].into_iter().zip(counts) {
@@ -86,18 +111,6 @@ impl Scene {
             (api.attach_geometry)(self.handle, geometry);
             (api.release_geometry)(geometry);
         }
-    }
-
-    /// Builds the tree.
-    ///
-    /// # Errors
-    /// Embree fails.
-    pub(crate) fn commit(&mut self) -> Result<()> {
-        // SAFETY: the scene is alive and not in use, since it is borrowed alone.
-        unsafe {
-            (self.device.api.commit_scene)(self.handle);
-        }
-        self.device.check()
     }
 }
 

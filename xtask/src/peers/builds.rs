@@ -8,7 +8,7 @@ use sahl_accel::{Accel, BuildOptions, Builder, TriangleMesh};
 use super::timing::{alternate, thread_seconds, wall_seconds};
 use super::world;
 use crate::Result;
-use crate::embree::{Device, Embree, Isa, Quality, Scene, Settings};
+use crate::embree::{Device, Draft, Embree, Isa, Quality, Settings};
 
 /// Sahl's ways to build. The first is what the summary compares.
 fn presets() -> [(&'static str, BuildOptions); 2] {
@@ -57,10 +57,12 @@ pub(crate) fn seconds(
         })
     };
     let build_embree = |quality: Quality| -> Result<f64> {
-        let mut scene = Scene::new(&device, mesh, quality, false)?;
-        let mut outcome = Ok(());
-        let seconds = clock(&mut || outcome = scene.commit());
-        outcome.map(|()| seconds)
+        let mut draft = Some(Draft::new(&device, mesh, quality, false)?);
+        // Released after the clock has stopped.
+        let mut scene = None;
+        let seconds = clock(&mut || scene = draft.take().map(Draft::commit));
+        scene.transpose()?;
+        Ok(seconds)
     };
     let mut failure = None;
     let contenders: Vec<Contender> =
@@ -96,9 +98,9 @@ pub(crate) fn ratios(times: &[BuildTime]) -> Option<[(String, f64); 2]> {
 pub(crate) fn embree_bytes(embree: &Embree, mesh: &TriangleMesh, threads: usize) -> Result<u64> {
     let device = Arc::new(device(embree, threads, true)?);
     let before = device.bytes();
-    let mut scene = Scene::new(&device, mesh, Quality::Medium, false)?;
-    scene.commit()?;
-    Ok(device.bytes() - before)
+    // Alive while its memory is counted.
+    let _scene = Draft::new(&device, mesh, Quality::Medium, false)?.commit()?;
+    Ok(device.bytes().saturating_sub(before))
 }
 
 fn device(embree: &Embree, threads: usize, counts_memory: bool) -> Result<Device> {

@@ -10,7 +10,7 @@ use super::rays::Random;
 use super::traversal::{NEAREST, OCCLUSION};
 use super::world;
 use crate::Result;
-use crate::embree::{self, Embree, INVALID, Isa, Quality, RayHit, Scene, Settings};
+use crate::embree::{self, Draft, Embree, INVALID, Isa, Quality, RayHit, Scene, Settings};
 
 /// Rays that are compared.
 const RAYS: usize = 4_096;
@@ -44,8 +44,7 @@ pub(crate) fn check(embree: &Embree) -> Result<String> {
             return Err(format!("Embree is {major}.{minor}, expected {version}").into());
         }
         for (quality, robust) in [(Quality::Medium, false), (Quality::High, false), (Quality::Medium, true)] {
-            let mut scene = Scene::new(&device, &mesh, quality, robust)?;
-            scene.commit()?;
+            let scene = Draft::new(&device, &mesh, quality, robust)?.commit()?;
             check_scene(&scene, &rays, &expected)
                 .map_err(|error| format!("Embree, {isa:?}, {quality:?}: {error}"))?;
         }

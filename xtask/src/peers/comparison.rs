@@ -18,7 +18,7 @@ use super::traversal::{Bench, NEAREST, OCCLUSION, Outcome, Rival, Side};
 use super::{builds, check, world};
 use crate::Result;
 use crate::args::{AccelArgs, Measurement, Peer};
-use crate::embree::{self, Embree, INVALID, Isa, Quality, RayHit, Scene, Settings};
+use crate::embree::{self, Draft, Embree, INVALID, Isa, Quality, RayHit, Scene, Settings};
 
 /// Compares `sahl-accel` with Embree and prints tables.
 ///
@@ -223,9 +223,7 @@ impl Comparison<'_> {
     fn scene(&self, mesh: &TriangleMesh, isa: Isa, quality: Quality, robust: bool) -> Result<Option<Scene>> {
         let settings = Settings { isa, threads: self.threads, counts_memory: false };
         let Some(device) = self.embree.device(settings)? else { return Ok(None) };
-        let mut scene = Scene::new(&Arc::new(device), mesh, quality, robust)?;
-        scene.commit()?;
-        Ok(Some(scene))
+        Draft::new(&Arc::new(device), mesh, quality, robust)?.commit().map(Some)
     }
 
     /// Shoots at the vertices and edges of closed bodies.
