@@ -31,6 +31,7 @@ mod film;
 mod integrator;
 mod interaction;
 mod light;
+mod mis;
 mod scene;
 mod schedule;
 mod shape;

@@ -18,6 +18,7 @@ use super::{CameraSample, Integrator, Tracer, one_by_one};
 use crate::bsdf::{BsdfRoom, Reach};
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
+use crate::mis::power_heuristic;
 use crate::spectrum::Spectrum;
 
 use volume::{Flight, Vertex, Volume};
@@ -310,14 +311,4 @@ impl<const MEDIA: bool, const TAMED: bool> Integrator for Path<MEDIA, TAMED> {
             self.follow_together(samples);
         }
     }
-}
-
-/// How much a sample found with density `pdf` counts beside another way of density `other`.
-///
-/// The power heuristic with exponent two: Veach 1997, equation 9.13. The ratio is squared, not the densities, which could
-/// overflow.
-#[inline]
-fn power_heuristic(pdf: f32, other: f32) -> f32 {
-    let ratio = other / pdf;
-    1.0 / (1.0 + ratio * ratio)
 }

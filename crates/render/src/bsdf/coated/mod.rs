@@ -21,9 +21,10 @@ use sahl_math::{Vec2, Vec3};
 use super::dielectric::LobeSample;
 use super::{BsdfSample, Conductor, Dielectric, Diffuse, Reach, Scatter, ScatterKind, fresnel};
 use crate::medium::HenyeyGreenstein;
+use crate::mis::power_heuristic;
 use crate::spectrum::Spectrum;
 use crate::warp::UNIFORM_SPHERE_PDF;
-use walk::{Random, power_heuristic, transmittance};
+use walk::{Random, transmittance};
 
 /// The layer over a base: an interface, and matter below it.
 #[derive(Clone, Copy, Debug, PartialEq)]

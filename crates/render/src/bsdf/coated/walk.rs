@@ -35,13 +35,6 @@ pub(super) fn transmittance(dz: f32, w: Vec3) -> f32 {
     (-(dz / w.z).abs()).exp()
 }
 
-/// How much a sample of density `pdf` counts beside another way to find it, of density `other`: Veach 1997, equation 9.13.
-#[inline]
-pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
-    let ratio = other / pdf;
-    1.0 / (1.0 + ratio * ratio)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
