@@ -14,6 +14,7 @@
 mod assets;
 mod framing;
 mod gzip;
+mod measured;
 mod mtl;
 mod nanovdb;
 mod normals;
@@ -21,6 +22,7 @@ mod obj;
 mod pbrt;
 mod ply;
 mod subdivision;
+mod tensor;
 mod words;
 
 use std::path::Path;

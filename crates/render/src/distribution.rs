@@ -6,10 +6,13 @@
 //!
 //! Negative and non-finite values count as zero.
 
+mod linear;
 mod windowed;
 
 use sahl_math::Vec2;
 
+pub(crate) use linear::cell;
+pub use linear::{LinearSlices2d, Mixture};
 pub use windowed::{Window, Windowed2d};
 
 /// The largest number below one: where coordinates of samples end.

@@ -197,7 +197,7 @@ impl SceneData {
     /// parameters is kept.
     #[inline]
     pub(crate) fn bsdf<'r>(
-        &self,
+        &'r self,
         at: &Interaction,
         wavelengths: &mut Wavelengths,
         regularize: bool,

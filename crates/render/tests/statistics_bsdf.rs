@@ -3,15 +3,19 @@
 //! A kind has at least one row in [`rows`]; one without a row fails to compile in [`kind`], then fails
 //! [`every_kind_has_a_row`].
 
+#[path = "support/measured.rs"]
+mod measured;
+
 use sahl_math::{Vec2, Vec3};
 use sahl_render::bsdf::fresnel;
 use sahl_render::bsdf::microfacet::TrowbridgeReitz;
 use sahl_render::bsdf::{
     Bsdf, BsdfSample, Coat, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairShape,
-    OpenPbr, OpenPbrParameters, ThinDielectric,
+    Measured, MeasuredTables, OpenPbr, OpenPbrParameters, ThinDielectric,
 };
-use sahl_render::spectrum::Spectrum;
+use sahl_render::spectrum::{HeroWavelengths, Spectrum, Wavelengths};
 use sahl_render::warp::{cosine_hemisphere, uniform_sphere};
+use sahl_scene::{Diagnostics, MeasuredBrdf};
 use sahl_testkit::chi2::{DiscreteTest, SphereTest};
 use sahl_testkit::furnace::{Furnace, Reciprocity, albedo_by_sampling};
 use sahl_testkit::quadrature::integrate_sphere;
@@ -31,7 +35,7 @@ struct Row {
 }
 
 /// The number of kinds, and the place of each among them.
-const KINDS: usize = 9;
+const KINDS: usize = 10;
 
 fn kind(bsdf: &Bsdf<'_>) -> usize {
     match bsdf {
@@ -44,6 +48,7 @@ fn kind(bsdf: &Bsdf<'_>) -> usize {
         Bsdf::CoatedConductor(_) => 6,
         Bsdf::Hair(_) => 7,
         Bsdf::OpenPbr(_) => 8,
+        Bsdf::Measured(_) => 9,
     }
 }
 
@@ -90,6 +95,9 @@ fn rows() -> Vec<Row> {
         add(format!("diffuse transmission {r} {t}"), sheet.into(), 1.0, r + t == 1.0);
     }
     add_coated(&mut add);
+    for (name, _, brdf) in measured_surfaces() {
+        add(format!("measured {name}"), seen(&brdf, &Wavelengths::Rgb), 1.0, false);
+    }
     for (name, parameters) in white_surfaces(0.6) {
         let dark = OpenPbrParameters { base_color: Spectrum::splat(0.6), ..parameters };
         let eta = if name.contains("glass") || name == "all" { dark.specular_ior } else { 1.0 };
@@ -104,6 +112,54 @@ fn rows() -> Vec<Row> {
         add(format!("hair {beta_m} {beta_n} {h}"), (&*hair).into(), 1.0, sigma_a == 0.0);
     }
     rows
+}
+
+/// Surfaces that a gonioreflectometer might have measured, and what it measured.
+fn measured_surfaces() -> Vec<(&'static str, Bsdf<'static>, MeasuredBrdf)> {
+    use std::f32::consts::{FRAC_PI_2, PI};
+    let metal = |alpha| Bsdf::from(Conductor::new(Spectrum::splat(0.2), Spectrum::splat(3.0), alpha));
+    let paper = Bsdf::from(Diffuse::new(Spectrum::splat(0.7)));
+    let quarter: Vec<f32> = (0..7).map(|i| -PI + FRAC_PI_2 * i as f32 / 6.0).collect();
+    let isotropic = [("paper", [1.0; 2], paper), ("metal", [0.4; 2], metal([0.4; 2]))];
+    let mut surfaces: Vec<_> = isotropic
+        .into_iter()
+        .map(|(name, alpha, bsdf)| (name, bsdf, measured::measure(&bsdf, alpha, &[0.0])))
+        .collect();
+    let brushed = metal([0.5, 0.25]);
+    surfaces.push(("brushed metal", brushed, measured::measure(&brushed, [0.5, 0.25], &quarter)));
+    surfaces
+}
+
+/// A measured surface in the light of a path.
+fn seen(brdf: &MeasuredBrdf, wavelengths: &Wavelengths) -> Bsdf<'static> {
+    let tables = MeasuredTables::new(brdf, None, &mut Diagnostics::default());
+    Measured::new(Box::leak(Box::new(tables)), wavelengths).into()
+}
+
+#[test]
+fn measured_surfaces_are_what_was_measured() {
+    for (name, original, brdf) in measured_surfaces() {
+        assert_eq!(brdf.problem(), None, "{name}");
+        let hero = HeroWavelengths::sample(0.3);
+        let (rgb, spectral) = (seen(&brdf, &Wavelengths::Rgb), seen(&brdf, &Wavelengths::Sampled(hero)));
+        let mut rng = Rng::new(0x3ea5);
+        let (mut errors, mut asymmetry, mut total) = ([0.0; 2], 0.0, 0.0);
+        for _ in 0..20_000 {
+            let mut direction = || cosine_hemisphere(Vec2::new(rng.next_f32(), rng.next_f32()));
+            let (wo, wi) = (direction(), direction());
+            let expected = original.eval(wo, wi).max_component();
+            let found = [rgb, spectral].map(|bsdf| bsdf.eval(wo, wi).lanes());
+            // The measured metal is tinted: half as bright at 400 nm as at 700 nm.
+            let tint = hero.lambda().map(measured::tint);
+            errors[0] += f64::from((found[0][1] - expected * measured::rgb_tint()[1]).abs());
+            errors[1] += f64::from((found[1][0] - expected * tint[0]).abs());
+            asymmetry += f64::from((found[0][0] / wi.z - rgb.eval(wi, wo).lanes()[0] / wo.z).abs() * wi.z);
+            total += f64::from(expected);
+        }
+        let [in_rgb, in_spectrum] = errors.map(|error| error / total);
+        assert!(in_rgb < 0.03 && in_spectrum < 0.03, "{name}: {in_rgb} {in_spectrum}");
+        assert!(asymmetry / total < 0.05, "{name}: {}", asymmetry / total);
+    }
 }
 
 /// A white surface that is paper, with the roughness `roughness`.
@@ -305,11 +361,11 @@ fn check_sample(row: &Row, wo: Vec3, sample: &BsdfSample) -> Result<(), String> 
 
 #[test]
 fn light_goes_both_ways_alike() {
-    // Hair and OpenPBR give up reciprocity.
+    // Hair and OpenPBR give up reciprocity; tables of measurements have it as far as they are fine enough.
     let is_reciprocal = |row: &&Row| {
         !row.bsdf.is_specular()
             && !row.bsdf.is_stochastic()
-            && !matches!(row.bsdf, Bsdf::Hair(_) | Bsdf::OpenPbr(_))
+            && !matches!(row.bsdf, Bsdf::Hair(_) | Bsdf::OpenPbr(_) | Bsdf::Measured(_))
     };
     for row in rows().iter().filter(is_reciprocal) {
         let check = Reciprocity { pairs: 20_000, tolerance: 1e-3, eta: row.eta };

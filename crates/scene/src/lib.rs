@@ -14,6 +14,7 @@ mod film;
 mod integrator;
 mod light;
 mod material;
+mod measured;
 mod medium;
 mod open_pbr;
 mod quirks;
@@ -37,6 +38,7 @@ pub use film::{Film, Filter, Sampler, SamplerKind};
 pub use integrator::{Integrator, LightSampler, PathTracer};
 pub use light::{AreaLight, Light, Radiance};
 pub use material::{Coat, ConductorReflectance, Hair, HairColor, Material, Relief, Roughness};
+pub use measured::{MeasuredBrdf, MeasuredGrid};
 pub use medium::{
     CloudMedium, Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Medium, MediumInterface,
     Region, RgbGridMedium, SparseGrid, SparseMedium, TemperatureScale,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sahl_image::Image;
 use serde::{Deserialize, Serialize};
 
-use crate::{FloatParam, Handle, OpenPbr, Spectrum, SpectrumParam};
+use crate::{FloatParam, Handle, MeasuredBrdf, OpenPbr, Spectrum, SpectrumParam};
 
 /// How a surface scatters light.
 ///
@@ -65,6 +65,8 @@ pub enum Material {
     Hair(Hair),
     /// The layers of OpenPBR, which many other models are cases of.
     OpenPbr(Box<OpenPbr>),
+    /// A surface that was measured; materials that stand for the same measurement share it.
+    Measured(Arc<MeasuredBrdf>),
     /// At each point one of two materials, chosen at random.
     Mix {
         /// The materials.
@@ -98,6 +100,7 @@ impl Material {
             | Self::CoatedConductor { .. }
             | Self::Hair(_)
             | Self::OpenPbr(_)
+            | Self::Measured(_)
             | Self::Interface => &[],
         }
     }

@@ -1,11 +1,13 @@
 //! What every translator of a plugin works on: the scene so far, the names defined in it, and the files around it.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::Arc;
 
-use sahl_scene::{Diagnostic, Handle, PatchMesh, SceneDesc, Span, Texture, TriangleMesh};
+use sahl_scene::{Diagnostic, Handle, MeasuredBrdf, PatchMesh, SceneDesc, Span, Texture, TriangleMesh};
 
 use super::report::{Report, quote};
 use super::statement::Name;
@@ -25,6 +27,8 @@ pub(super) struct Context<'a> {
     pub(super) images: ImageCache,
     /// Meshes of files by their paths.
     pub(super) meshes: BTreeMap<PathBuf, MeshFile>,
+    /// Measured surfaces of files by their paths.
+    pub(super) measurements: RefCell<BTreeMap<PathBuf, Arc<MeasuredBrdf>>>,
 }
 
 /// What a mesh file holds.

@@ -1,5 +1,6 @@
 //! Statements to a scene.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -58,6 +59,7 @@ impl<'a> Interpreter<'a> {
             spectrum_textures: BTreeMap::new(),
             images: Default::default(),
             meshes: BTreeMap::new(),
+            measurements: RefCell::default(),
         };
         Self {
             cx,

@@ -2,6 +2,7 @@
 
 mod cameras;
 mod invalid;
+mod measured;
 mod media;
 mod robustness;
 mod scenes;

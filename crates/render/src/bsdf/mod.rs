@@ -26,6 +26,7 @@ mod diffuse;
 mod diffuse_transmission;
 pub mod fresnel;
 mod hair;
+mod measured;
 pub mod microfacet;
 mod open_pbr;
 pub(crate) mod room;
@@ -41,6 +42,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use hair::{Hair, HairShape};
+pub use measured::{Measured, MeasuredTables};
 pub use open_pbr::{OpenPbr, OpenPbrParameters};
 pub use room::BsdfRoom;
 pub use thin_dielectric::ThinDielectric;
@@ -220,6 +222,8 @@ bsdfs! {
     Hair(&'a Hair),
     /// The layers of OpenPBR.
     OpenPbr(&'a OpenPbr),
+    /// A measured surface.
+    Measured(Measured<'a>),
 }
 
 /// Mirrors `w` in the tangent plane where `flip` is set.

@@ -20,7 +20,7 @@ use sahl_scene::{ColorMode, Diagnostic, Diagnostics, Integrator, SceneDesc};
 use crate::camera::Camera;
 use crate::filter::PixelFilter;
 use crate::integrator::{self, MOST_WHITTED_DEPTH};
-use crate::material::Material;
+use crate::material::{Material, SharedTables};
 use crate::sampler::Sampler;
 use crate::scene::{Scene, SceneData, SceneStats};
 use crate::shape::Border;
@@ -129,14 +129,15 @@ fn footprint_scale(samples: u32) -> f32 {
 }
 
 fn materials(description: &SceneDesc, textures: &Textures, diagnostics: &mut Diagnostics) -> Vec<Material> {
+    let mut shared = SharedTables::default();
     description
         .materials
         .iter()
         .map(|(handle, material)| {
             Material::new(
                 material,
-                description,
-                textures,
+                (description, textures),
+                &mut shared,
                 description.materials.origin(handle).span,
                 diagnostics,
             )

@@ -97,12 +97,10 @@ impl<'a> Tracer<'a> {
     /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there. `room` is where
     /// a BSDF with many parameters is kept.
     #[inline]
-    pub(crate) fn bsdf<'r>(
-        &mut self,
-        at: &Interaction,
-        regularize: bool,
-        room: &'r mut BsdfRoom,
-    ) -> Bsdf<'r> {
+    pub(crate) fn bsdf<'r>(&mut self, at: &Interaction, regularize: bool, room: &'r mut BsdfRoom) -> Bsdf<'r>
+    where
+        'a: 'r,
+    {
         self.scene.bsdf(at, &mut self.wavelengths, regularize, room)
     }
 

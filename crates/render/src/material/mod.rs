@@ -12,11 +12,15 @@ mod hair;
 mod open_pbr;
 mod relief;
 mod roughness;
+mod shared;
+
+use std::sync::Arc;
 
 use sahl_scene::{Diagnostics, SceneDesc, Span};
 
 use crate::bsdf::{
-    Bsdf, BsdfRoom, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric, fresnel,
+    Bsdf, BsdfRoom, Conductor, Dielectric, Diffuse, DiffuseTransmission, Measured, MeasuredTables,
+    ThinDielectric, fresnel,
 };
 use crate::spectrum::{ColorRole, SpectralCurve, Spectrum, Wavelengths};
 use crate::texture::{FloatSource, SpectrumSource, TexturePoint, Textures};
@@ -28,6 +32,7 @@ pub use hair::HairSource;
 pub use open_pbr::OpenPbrSource;
 pub use relief::Relief;
 pub use roughness::Roughness;
+pub(crate) use shared::SharedTables;
 
 /// How a surface scatters light, with its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +76,8 @@ pub enum Material {
     Hair(Box<HairSource>),
     /// The layers of OpenPBR.
     OpenPbr(Box<OpenPbrSource>),
+    /// A measured surface.
+    Measured(Arc<MeasuredTables>),
     /// No scattering of its own, but other materials.
     Composition(Composition),
     /// A boundary between media: light goes through.
@@ -151,10 +158,10 @@ impl ConductorReflectance {
 
 impl Material {
     /// The material of `scene`; `span` is what messages point at.
-    pub fn new(
+    pub(crate) fn new(
         material: &sahl_scene::Material,
-        scene: &SceneDesc,
-        textures: &Textures,
+        (scene, textures): (&SceneDesc, &Textures),
+        shared: &mut SharedTables,
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Self {
@@ -193,6 +200,7 @@ impl Material {
             Description::OpenPbr(surface) => {
                 Self::OpenPbr(Box::new(OpenPbrSource::new(surface, textures, span, diagnostics)))
             }
+            Description::Measured(brdf) => Self::Measured(shared.measured(brdf, span, diagnostics)),
             Description::Mix { materials, amount } => {
                 Self::Composition(Composition::mix(*materials, textures.float_source(amount)))
             }
@@ -208,7 +216,7 @@ impl Material {
     ///
     /// An interface, and a composition that was not taken apart, let light pass.
     #[inline]
-    pub fn bsdf<'r>(&self, query: &mut Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+    pub fn bsdf<'r>(&'r self, query: &mut Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
         match self {
             Self::Diffuse { reflectance } => Diffuse::new(query.spectrum(reflectance)).into(),
             Self::Conductor { reflectance, roughness } => {
@@ -226,6 +234,7 @@ impl Material {
             Self::Coated(source) => source.bsdf(query, room),
             Self::Hair(source) => source.bsdf(query, room),
             Self::OpenPbr(source) => source.bsdf(query, room),
+            Self::Measured(tables) => Measured::new(tables, query.wavelengths).into(),
             Self::Composition(_) | Self::Interface => Dielectric::new(1.0, [0.0; 2]).into(),
         }
     }

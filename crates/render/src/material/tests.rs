@@ -14,15 +14,29 @@ fn roughness(u: f32, v: f32, remap: bool) -> sahl_scene::Roughness {
     sahl_scene::Roughness { u: FloatParam::Constant(u), v: FloatParam::Constant(v), remap }
 }
 
+fn made(
+    material: &sahl_scene::Material,
+    scene: &SceneDesc,
+    textures: &Textures,
+    diagnostics: &mut Diagnostics,
+) -> Material {
+    Material::new(material, (scene, textures), &mut SharedTables::default(), None, diagnostics)
+}
+
 fn bsdf(material: &sahl_scene::Material) -> Bsdf<'static> {
     let textures = Textures::default();
     let mut diagnostics = Diagnostics::default();
-    let material = Material::new(material, &SceneDesc::default(), &textures, None, &mut diagnostics);
+    let material = made(material, &SceneDesc::default(), &textures, &mut diagnostics);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    at_point(&material, &textures, &TexturePoint::default(), false)
+    at_point(Box::leak(Box::new(material)), &textures, &TexturePoint::default(), false)
 }
 
-fn at_point(material: &Material, textures: &Textures, at: &TexturePoint, regularize: bool) -> Bsdf<'static> {
+fn at_point<'m>(
+    material: &'m Material,
+    textures: &Textures,
+    at: &TexturePoint,
+    regularize: bool,
+) -> Bsdf<'m> {
     let mut query = Query { textures, at, wavelengths: &mut Wavelengths::Rgb, regularize };
     material.bsdf(&mut query, Box::leak(Box::default()))
 }
@@ -94,14 +108,9 @@ fn parameters_vary_over_the_surface() {
             remap: true,
         },
     };
-    let material = Material::new(&material, &scene, &textures, None, &mut diagnostics);
-    let diffuse = Material::new(
-        &sahl_scene::Material::Diffuse { reflectance: SpectrumParam::Texture(checker) },
-        &scene,
-        &textures,
-        None,
-        &mut diagnostics,
-    );
+    let material = made(&material, &scene, &textures, &mut diagnostics);
+    let diffuse = sahl_scene::Material::Diffuse { reflectance: SpectrumParam::Texture(checker) };
+    let diffuse = made(&diffuse, &scene, &textures, &mut diagnostics);
     assert!(diagnostics.is_empty());
     for (u, alpha, albedo) in [(0.5, 0.2, 0.04), (1.5, 0.6, 0.36)] {
         let at = TexturePoint { uv: sahl_math::Vec2::new(u, 0.5), ..TexturePoint::default() };
@@ -121,7 +130,7 @@ fn regularisation_roughens_what_is_nearly_smooth() {
             eta: Color::Constant(1.5),
             roughness: roughness(given, given, false),
         };
-        let glass = Material::new(&glass, &SceneDesc::default(), &textures, None, &mut diagnostics);
+        let glass = made(&glass, &SceneDesc::default(), &textures, &mut diagnostics);
         let found = at_point(&glass, &textures, &TexturePoint::default(), true);
         assert_eq!(found, Dielectric::new(1.5, [seen; 2]).into(), "{given}");
     }
@@ -162,7 +171,7 @@ fn a_mix_is_its_parts_in_their_proportion() {
         .materials
         .values()
         .iter()
-        .map(|material| Material::new(material, &scene, &textures, None, &mut diagnostics))
+        .map(|material| made(material, &scene, &textures, &mut diagnostics))
         .collect();
     let mut counts = [0; 3];
     for i in 0..30_000 {

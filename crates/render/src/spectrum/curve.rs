@@ -257,6 +257,25 @@ fn rgb_of(dense: &DenseSpectrum, role: ColorRole) -> [f32; 3] {
     std::array::from_fn(|lane| seen[lane] / white[lane])
 }
 
+/// The linear sRGB components of reflectances that are given at the wavelengths `knots`, for each of these: a reflectance is the
+/// sum of its values times them. Between the wavelengths it is linear, outside them constant.
+pub(crate) fn measured_rgb_weights(
+    knots: &[f32],
+    span: Option<Span>,
+    diagnostics: &mut Diagnostics,
+) -> Vec<[f32; 3]> {
+    diagnostics.push(approximated(span, "a measured surface"));
+    let hat = |peak: usize| {
+        let samples: Vec<(f32, f32)> = knots
+            .iter()
+            .enumerate()
+            .map(|(knot, &lambda)| (lambda, if knot == peak { 1.0 } else { 0.0 }))
+            .collect();
+        DenseSpectrum::new(|lambda| interpolate(&samples, lambda, Outside::Ends))
+    };
+    (0..knots.len()).map(|peak| rgb_of(&hat(peak), ColorRole::Albedo)).collect()
+}
+
 fn approximated(span: Option<Span>, what: &str) -> Diagnostic {
     Diagnostic::warning(
         "spectrum-approximated",

@@ -19,8 +19,8 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
 use glam::Vec4;
 
-pub(crate) use curve::RGB_MODE_CODES;
 pub use curve::{ColorRole, SpectralCurve};
+pub(crate) use curve::{RGB_MODE_CODES, measured_rgb_weights};
 pub use hero::{HeroWavelengths, sample_visible, visible_pdf};
 pub(crate) use lookup::ColorLookup;
 

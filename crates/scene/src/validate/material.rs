@@ -125,6 +125,11 @@ impl Check<'_> {
                     self.spectrum_param(owner, &format!("`{name}`"), color, origin);
                 }
             }
+            Material::Measured(brdf) => {
+                if let Some(problem) = brdf.problem() {
+                    self.error("bad-measurement", origin, format!("the measurement of {owner}: {problem}"));
+                }
+            }
             Material::Mix { amount, .. } => {
                 self.float_param(owner, "the amount", *amount, Range::Finite, origin);
             }

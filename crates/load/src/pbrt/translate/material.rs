@@ -1,13 +1,17 @@
 //! Materials.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use sahl_image::Encoding;
 use sahl_scene::{
-    Coat, ConductorReflectance, FloatParam, Hair, HairColor, Material, Relief, Roughness, Spectrum,
-    SpectrumParam,
+    Coat, ConductorReflectance, FloatParam, Hair, HairColor, Material, MeasuredBrdf, Relief, Roughness,
+    Spectrum, SpectrumParam,
 };
 
 use super::super::context::Context;
 use super::super::reader::Reader;
+use super::super::report::quote;
 use super::super::statement::Name;
 use super::image::image;
 use super::lookup;
@@ -243,10 +247,44 @@ fn subsurface(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
     reflectance(cx, p, 0.7)
 }
 
-fn measured(_: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(&["filename"]);
-    p.unsupported_plugin("unsupported-material", "`diffuse` with a reflectance of 0.5 is used");
-    MaterialKind::Surface(Material::Diffuse { reflectance: grey(0.5) })
+fn measured(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
+    let brdf = match p.string("filename") {
+        Some(file) => measurement(cx, file),
+        None => {
+            if !p.has("filename") {
+                p.report().error(
+                    "missing-parameter",
+                    p.span(),
+                    "material `measured` needs a `string filename`",
+                );
+            }
+            None
+        }
+    };
+    MaterialKind::Surface(brdf.map_or_else(Material::default, Material::Measured))
+}
+
+/// The measurement in the file called `name`, read once; `None`, reported, if it can't be read or makes no sense.
+fn measurement(cx: &Context<'_>, name: &Name) -> Option<Arc<MeasuredBrdf>> {
+    let known = |path: &PathBuf| cx.measurements.borrow().get(path).cloned();
+    if let Some(brdf) = cx.files.candidates(&name.text).iter().find_map(known) {
+        return Some(brdf);
+    }
+    let (path, bytes) = cx.read_file(name)?;
+    let read = crate::measured::read(&bytes).map_err(|error| error.to_string());
+    match read.and_then(|brdf| brdf.problem().map_or(Ok(brdf), Err)) {
+        Ok(brdf) => {
+            let brdf = Arc::new(brdf);
+            cx.measurements.borrow_mut().insert(path, Arc::clone(&brdf));
+            Some(brdf)
+        }
+        Err(problem) => {
+            let message =
+                format!("can't read the measured surface {}: {problem}", quote(name.text.as_bytes()));
+            cx.report.error("bad-measurement", name.span, message);
+            None
+        }
+    }
 }
 
 fn mix(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
