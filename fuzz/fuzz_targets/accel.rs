@@ -4,8 +4,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use sahl_accel::{
-    Accel, BuildOptions, Builder, Disk, Edit, Geometry, Hit, Instance, MovingTriangleMesh, PatchMesh,
-    Placement, Sphere, Tier, TriangleMesh, World,
+    Accel, BuildOptions, Builder, CurveKind, CurveSet, Cylinder, Disk, Edit, Geometry, Hit, Instance,
+    MovingTriangleMesh, PatchMesh, Placement, Sphere, Tier, TriangleMesh, World,
 };
 use sahl_math::{AnimatedTransform, Ray, Transform, Vec3};
 
@@ -72,7 +72,7 @@ impl Input<'_> {
     }
 
     fn geometry(&mut self) -> Geometry {
-        match self.byte() % 7 {
+        match self.byte() % 9 {
             0 => Geometry::Sphere(Sphere {
                 radius: self.number(),
                 z_min: self.number(),
@@ -91,7 +91,15 @@ impl Input<'_> {
                 positions: self.vectors().into(),
                 indices: self.faces().into(),
             }),
-            3 => Geometry::MovingTriangles(MovingTriangleMesh {
+            3 => Geometry::Cylinder(Cylinder {
+                radius: self.number(),
+                z_min: self.number(),
+                z_max: self.number(),
+                phi_max: self.number(),
+                to_parent: self.transform(),
+            }),
+            4 => Geometry::Curves(self.curves()),
+            5 => Geometry::MovingTriangles(MovingTriangleMesh {
                 positions: [self.vectors().into(), self.vectors().into()],
                 indices: self.faces().into(),
             }),
@@ -99,6 +107,21 @@ impl Input<'_> {
                 positions: self.vectors().into(),
                 indices: self.faces().into(),
             }),
+        }
+    }
+
+    /// Curves, of some of which there are no widths or normals.
+    fn curves(&mut self) -> CurveSet {
+        let kind = [CurveKind::Flat, CurveKind::Cylinder, CurveKind::Ribbon][usize::from(self.byte() % 3)];
+        let mut count = || 0..self.byte() % 8;
+        let (points, widths, normals) = (count(), count(), count());
+        CurveSet {
+            kind,
+            points: points.map(|_| [(); 4].map(|()| self.vector())).collect(),
+            widths: widths.map(|_| [(); 2].map(|()| self.number())).collect(),
+            normals: normals.map(|_| [(); 2].map(|()| self.vector())).collect(),
+            split_depth: u32::from(self.byte() % 4),
+            to_parent: self.transform(),
         }
     }
 

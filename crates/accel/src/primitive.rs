@@ -172,7 +172,9 @@ impl Primitives {
         let lists = size_of_val(self.patches.as_slice())
             + size_of_val(self.quadrics.as_slice())
             + size_of_val(self.curves.as_slice())
-            + size_of_val(self.curve_parts.as_slice());
+            + size_of_val(self.curve_parts.as_slice())
+            + size_of_val(self.absent.as_slice())
+            + size_of_val(self.absent_instances.as_slice());
         let moving = self.moving.iter().map(|mesh| mesh.bytes() + size_of_val(mesh) as u64).sum::<u64>();
         self.names.bytes() + lists as u64 + moving
     }

@@ -132,7 +132,9 @@ impl Accel {
             if changes.instances[place] || group_changed.get(group).is_some_and(|&is_changed| is_changed) {
                 let local = measures.group_bounds.get(group).copied().unwrap_or(Bounds3::EMPTY);
                 placed[place] = PlacedGroup::new(index, instance, local);
-                if primitives.absent_instances.contains(&index) && can_be_hit(&placed[place].bounds()) {
+                // They were listed in ascending order.
+                let was_absent = primitives.absent_instances.binary_search(&index).is_ok();
+                if was_absent && can_be_hit(&placed[place].bounds()) {
                     return false;
                 }
                 any_instance = true;
@@ -148,9 +150,9 @@ impl Accel {
     /// Counts what edits may change: of changed geometries in each tree that holds them, and of all instances.
     fn counts(&self, changes: &Changes) -> Counts {
         let mut counts = Counts::default();
+        let trees = self.trees_of_geometries();
         for geometry in changes.changed_geometries() {
-            let sets = self.world.groups.iter().chain([&self.world.world]);
-            let trees = sets.filter(|set| set.contains(&geometry)).count() as u64;
+            let trees = trees[geometry as usize];
             let (usable, dropped) = self.usable(geometry);
             counts.primitives += trees * usable;
             counts.dropped += trees * dropped;
@@ -162,6 +164,23 @@ impl Accel {
             counts.motions += placed.bytes();
         }
         counts
+    }
+
+    /// In how many trees each geometry stands.
+    fn trees_of_geometries(&self) -> Vec<u64> {
+        let world = &self.world;
+        // The number of trees, and the last set that was counted: sets may name a geometry more than once.
+        let mut trees = vec![(0, usize::MAX); world.geometries.len()];
+        for (set, geometries) in world.groups.iter().chain([&world.world]).enumerate() {
+            for &geometry in geometries {
+                if let Some((count, last)) = trees.get_mut(geometry as usize)
+                    && *last != set
+                {
+                    (*count, *last) = (*count + 1, set);
+                }
+            }
+        }
+        trees.into_iter().map(|(count, _)| count).collect()
     }
 
     /// How many primitives of a mesh can be hit, and how many cannot.

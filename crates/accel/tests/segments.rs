@@ -14,22 +14,23 @@ fn surface_point(accel: &Accel, body: &Body, random: &mut Random) -> Option<(Hit
     Some((hit, accel.surface_point(&ray, &hit)))
 }
 
-/// How many of `count` segments hit the primitive that they start from or lead to.
-fn blocked_by_an_end(accel: &Accel, body: &Body, count: u32) -> u32 {
+/// How many of `count` segments there are between two primitives, and how many of these hit one that they start from or lead to.
+fn blocked_by_an_end(accel: &Accel, body: &Body, count: u32) -> (u32, u32) {
     let mut random = Random(11);
-    let mut blocked = 0;
+    let (mut segments, mut blocked) = (0, 0);
     for _ in 0..count {
         let ends = (surface_point(accel, body, &mut random), surface_point(accel, body, &mut random));
         let (Some((first, from)), Some((last, to))) = ends else { continue };
         if first.primitive == last.primitive {
             continue;
         }
+        segments += 1;
         let segment = Ray::spawn_to((from.p, from.p_error, from.n), (to.p, to.p_error, to.n));
         let hit = accel.intersect(&segment);
         blocked +=
             u32::from(hit.is_some_and(|hit| [first.primitive, last.primitive].contains(&hit.primitive)));
     }
-    blocked
+    (segments, blocked)
 }
 
 #[test]
@@ -42,7 +43,8 @@ fn no_end_of_a_segment_blocks_it() {
                 }
                 let triangles = world_of(vec![Geometry::Triangles(body.triangle_mesh())]);
                 let accel = build(&triangles, Builder::BinnedSah);
-                let blocked = blocked_by_an_end(&accel, &body, 20_000);
+                let (segments, blocked) = blocked_by_an_end(&accel, &body, 20_000);
+                assert!(segments > 15_000, "{segments} segments");
                 assert_eq!(blocked, 0, "{} at scale {scale}, offset {offset}", body.name);
             }
         }

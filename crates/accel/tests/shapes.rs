@@ -231,6 +231,19 @@ fn parameters_of_quadrics_are_those_of_the_file_format() {
 }
 
 #[test]
+fn a_full_turn_leaves_no_slit_however_it_was_rounded() {
+    // Just before the positive x axis is reached again, between a full turn and the `f32` below it.
+    let ray = Ray::new(Vec3::new(0.5, -0.5e-7, 1.0), -Vec3::Z);
+    let below = TAU.next_down();
+    for (phi_max, is_whole) in [(f32::INFINITY, true), (TAU, true), (below, true), (below.next_down(), false)]
+    {
+        let to_parent = Transform::IDENTITY;
+        let disk = Disk { height: 0.0, radius: 1.0, inner_radius: 0.0, phi_max, to_parent };
+        assert_eq!(accel_of(Geometry::Disk(disk)).occluded(&ray), is_whole, "{phi_max}");
+    }
+}
+
+#[test]
 fn partial_spheres_end_at_their_limits() {
     let sphere =
         Sphere { radius: 1.0, z_min: 0.5, z_max: -0.25, phi_max: PI / 2.0, to_parent: Transform::IDENTITY };

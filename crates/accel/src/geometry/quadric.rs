@@ -172,9 +172,8 @@ pub(crate) struct QuadricSurface {
 /// `phi_max` as it counts: at most a full turn; `None` if nothing is left.
 pub(crate) fn checked_phi_max(phi_max: f32) -> Option<f64> {
     (phi_max > 0.0).then(|| {
-        // A full turn rounded to f32 lies above the true one, whose neighbour below would leave a slit.
-        let phi_max = f64::from(phi_max);
-        if phi_max >= TAU - 1e-6 { TAU } else { phi_max }
+        // A full turn that was rounded down, to the `f32` below it, would leave a slit.
+        if f64::from(phi_max.next_up()) >= TAU { TAU } else { f64::from(phi_max) }
     })
 }
 
