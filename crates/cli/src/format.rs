@@ -14,12 +14,13 @@ pub(crate) fn count(value: f64) -> String {
     format!("{value:.digits$}{prefix}")
 }
 
-/// In bytes, kB or MB, by powers of ten.
+/// In bytes, kB, MB or GB, by powers of ten.
 pub(crate) fn bytes(value: u64) -> String {
     match value {
         0..10_000 => format!("{value} B"),
         10_000..1_000_000 => format!("{:.1} kB", value as f64 / 1e3),
-        _ => format!("{:.1} MB", value as f64 / 1e6),
+        1_000_000..10_000_000_000 => format!("{:.1} MB", value as f64 / 1e6),
+        _ => format!("{:.1} GB", value as f64 / 1e9),
     }
 }
 
@@ -54,6 +55,7 @@ mod tests {
         assert_eq!(bytes(999), "999 B");
         assert_eq!(bytes(45_600), "45.6 kB");
         assert_eq!(bytes(45_600_000), "45.6 MB");
+        assert_eq!(bytes(26_843_545_600), "26.8 GB");
         assert_eq!(duration(Duration::from_millis(420)), "0.420 s");
         assert_eq!(duration(Duration::from_secs(185)), "3 min 05 s");
         assert_eq!(duration(Duration::from_secs(7385)), "2 h 03 min");

@@ -31,6 +31,10 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<ExitCode, Failu
     let mut source = Source::load(&args.scenes)?;
     source.report(args.messages.strict, &console)?;
     settings.edits.apply(&mut source.loaded.scene)?;
+    if settings.pixel.is_none() {
+        let channels = settings.aovs.iter().map(|aov| aov.channel_names().len()).sum();
+        memory::check_room(&source.loaded.scene.film, channels, memory::available())?;
+    }
     if target.is_none() && settings.pixel.is_none() {
         target = Some(Target::check(&default_output(&source), &settings)?);
     }
