@@ -35,6 +35,7 @@ mod mis;
 mod scene;
 mod schedule;
 mod shape;
+mod subsurface;
 
 pub use aov::Aov;
 pub use build::{BuildOptions, build};

@@ -13,7 +13,7 @@ use crate::filter::PixelFilter;
 use crate::integrator::TileRenderer;
 use crate::interaction::Interaction;
 use crate::light::Light;
-use crate::material::{Composition, Material, Query, Relief};
+use crate::material::{Composition, Material, Query, Relief, SubsurfaceSource};
 use crate::medium::Medium;
 use crate::sampler::Sampler;
 use crate::shape::{Attributes, Border};
@@ -206,6 +206,15 @@ impl SceneData {
         let point = self.texture_point(at);
         let mut query = Query { textures: &self.textures, at: &point, wavelengths, regularize };
         self.materials[at.material as usize].bsdf(&mut query, room)
+    }
+
+    /// The matter below the surface, if light spreads in it.
+    #[inline]
+    pub(crate) fn subsurface(&self, material: u32) -> Option<&SubsurfaceSource> {
+        match &self.materials[material as usize] {
+            Material::Subsurface(source) => Some(source),
+            _ => None,
+        }
     }
 
     /// Whether `hit` lies on no surface, but on the border of a medium alone.

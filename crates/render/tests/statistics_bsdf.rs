@@ -10,8 +10,8 @@ use sahl_math::{Vec2, Vec3};
 use sahl_render::bsdf::fresnel;
 use sahl_render::bsdf::microfacet::TrowbridgeReitz;
 use sahl_render::bsdf::{
-    Bsdf, BsdfSample, Coat, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairShape,
-    Measured, MeasuredTables, OpenPbr, OpenPbrParameters, ThinDielectric,
+    Bsdf, BsdfSample, Coat, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Entry, Hair,
+    HairShape, Measured, MeasuredTables, OpenPbr, OpenPbrParameters, ThinDielectric,
 };
 use sahl_render::spectrum::{HeroWavelengths, Spectrum, Wavelengths};
 use sahl_render::warp::{cosine_hemisphere, uniform_sphere};
@@ -35,7 +35,7 @@ struct Row {
 }
 
 /// The number of kinds, and the place of each among them.
-const KINDS: usize = 10;
+const KINDS: usize = 11;
 
 fn kind(bsdf: &Bsdf<'_>) -> usize {
     match bsdf {
@@ -49,6 +49,7 @@ fn kind(bsdf: &Bsdf<'_>) -> usize {
         Bsdf::Hair(_) => 7,
         Bsdf::OpenPbr(_) => 8,
         Bsdf::Measured(_) => 9,
+        Bsdf::Entry(_) => 10,
     }
 }
 
@@ -95,6 +96,9 @@ fn rows() -> Vec<Row> {
         add(format!("diffuse transmission {r} {t}"), sheet.into(), 1.0, r + t == 1.0);
     }
     add_coated(&mut add);
+    for eta in [1.33, 1.0, 2.4] {
+        add(format!("entry {eta}"), Entry::new(eta).into(), 1.0, true);
+    }
     for (name, _, brdf) in measured_surfaces() {
         add(format!("measured {name}"), seen(&brdf, &Wavelengths::Rgb), 1.0, false);
     }
@@ -361,11 +365,11 @@ fn check_sample(row: &Row, wo: Vec3, sample: &BsdfSample) -> Result<(), String> 
 
 #[test]
 fn light_goes_both_ways_alike() {
-    // Hair and OpenPBR give up reciprocity; tables of measurements have it as far as they are fine enough.
+    // Hair and OpenPBR give up reciprocity, an entry is half of what has it; tables of measurements have it as far as they are fine enough.
     let is_reciprocal = |row: &&Row| {
         !row.bsdf.is_specular()
             && !row.bsdf.is_stochastic()
-            && !matches!(row.bsdf, Bsdf::Hair(_) | Bsdf::OpenPbr(_) | Bsdf::Measured(_))
+            && !matches!(row.bsdf, Bsdf::Hair(_) | Bsdf::OpenPbr(_) | Bsdf::Measured(_) | Bsdf::Entry(_))
     };
     for row in rows().iter().filter(is_reciprocal) {
         let check = Reciprocity { pairs: 20_000, tolerance: 1e-3, eta: row.eta };

@@ -37,7 +37,10 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use film::{Film, Filter, Sampler, SamplerKind};
 pub use integrator::{Integrator, LightSampler, PathTracer};
 pub use light::{AreaLight, Light, Radiance};
-pub use material::{Coat, ConductorReflectance, Hair, HairColor, Material, Relief, Roughness};
+pub use material::{
+    Coat, ConductorReflectance, Hair, HairColor, Material, Relief, Roughness, Subsurface,
+    SubsurfaceScattering,
+};
 pub use measured::{MeasuredBrdf, MeasuredGrid};
 pub use medium::{
     CloudMedium, Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Medium, MediumInterface,

@@ -65,6 +65,8 @@ pub enum Material {
     Hair(Hair),
     /// The layers of OpenPBR, which many other models are cases of.
     OpenPbr(Box<OpenPbr>),
+    /// A smooth or rough surface of matter in which light spreads.
+    Subsurface(Box<Subsurface>),
     /// A surface that was measured; materials that stand for the same measurement share it.
     Measured(Arc<MeasuredBrdf>),
     /// At each point one of two materials, chosen at random.
@@ -100,6 +102,7 @@ impl Material {
             | Self::CoatedConductor { .. }
             | Self::Hair(_)
             | Self::OpenPbr(_)
+            | Self::Subsurface(_)
             | Self::Measured(_)
             | Self::Interface => &[],
         }
@@ -163,6 +166,42 @@ pub struct Hair {
     pub beta_n: FloatParam,
     /// Tilt of the scales, in radians.
     pub alpha: FloatParam,
+}
+
+/// Matter in which light spreads: it leaves near where it entered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Subsurface {
+    /// How light is lost and scattered.
+    pub scattering: SubsurfaceScattering,
+    /// Index of refraction inside over outside.
+    pub eta: f32,
+    /// Mean cosine of scattering: above −1 and below 1.
+    pub g: f32,
+    /// Microfacets of the surface.
+    pub roughness: Roughness,
+}
+
+/// How matter in which light spreads is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SubsurfaceScattering {
+    /// By its coefficients per metre.
+    Coefficients {
+        /// Absorption.
+        sigma_a: SpectrumParam,
+        /// Scattering.
+        sigma_s: SpectrumParam,
+        /// Factor on both.
+        scale: f32,
+    },
+    /// By how it looks.
+    Reflectance {
+        /// The share of light that has entered and leaves again somewhere.
+        reflectance: SpectrumParam,
+        /// How far light goes until something happens, in metres.
+        mean_free_path: SpectrumParam,
+        /// Factor on the mean free path.
+        scale: f32,
+    },
 }
 
 /// How the colour of hair is given.

@@ -74,6 +74,7 @@ fn materials(scene: &SceneDesc) -> Tally {
         Material::CoatedConductor { .. } => "coated conductor",
         Material::Hair(_) => "hair",
         Material::OpenPbr(_) => "OpenPBR",
+        Material::Subsurface(_) => "subsurface",
         Material::Measured(_) => "measured",
         Material::Mix { .. } => "mix",
         Material::Relief { .. } => "relief",

@@ -6,6 +6,7 @@ mod measured;
 mod media;
 mod robustness;
 mod scenes;
+mod subsurface;
 mod support;
 mod textures;
 mod unsupported;

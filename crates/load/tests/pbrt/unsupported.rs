@@ -70,14 +70,6 @@ fn samplers_filters_films_and_cameras() {
 }
 
 #[test]
-fn materials() {
-    let red = "\"rgb reflectance\" [ 0.5 0.1 0.1 ]";
-    let scene = warned(&format!("WorldBegin Material \"subsurface\" {red}"), "`diffuse` is used");
-    let expected = SpectrumParam::Constant(Spectrum::srgb([0.5, 0.1, 0.1]));
-    assert_eq!(scene.materials.values(), [Material::Diffuse { reflectance: expected }]);
-}
-
-#[test]
 fn textures() {
     let scene = warned(
         "WorldBegin Texture \"t\" \"spectrum\" \"ptex\" \"string filename\" \"t.ptx\"",

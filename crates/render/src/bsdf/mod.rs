@@ -24,6 +24,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
+mod entry;
 pub mod fresnel;
 mod hair;
 mod measured;
@@ -41,6 +42,7 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use entry::Entry;
 pub use hair::{Hair, HairShape};
 pub use measured::{Measured, MeasuredTables};
 pub use open_pbr::{OpenPbr, OpenPbrParameters};
@@ -222,6 +224,8 @@ bsdfs! {
     Hair(&'a Hair),
     /// The layers of OpenPBR.
     OpenPbr(&'a OpenPbr),
+    /// Where light enters that comes out elsewhere.
+    Entry(Entry),
     /// A measured surface.
     Measured(Measured<'a>),
 }

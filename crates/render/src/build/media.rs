@@ -1,6 +1,6 @@
 //! Media: from coefficients to what light walks through.
 
-use sahl_scene::{Diagnostic, Diagnostics, Integrator, MediumInterface, SceneDesc};
+use sahl_scene::{Diagnostic, Diagnostics, Integrator, Material, MediumInterface, SceneDesc};
 
 use crate::medium::{Cloud, DensityGrid, Homogeneous, Medium, RgbGrid, Sparse};
 
@@ -25,6 +25,19 @@ pub(super) fn warn_of_absence(description: &SceneDesc, diagnostics: &mut Diagnos
     if are_used(description) {
         let message = "the integrator leaves out participating media: space is empty";
         diagnostics.push(Diagnostic::warning("media-left-out", None, message).with_help(help));
+    }
+}
+
+/// Tells that light does not spread below surfaces.
+pub(super) fn warn_of_solidity(description: &SceneDesc, diagnostics: &mut Diagnostics) {
+    let spreads = |material: &Material| matches!(material, Material::Subsurface(_));
+    if matches!(description.integrator, Integrator::Whitted { .. })
+        && let Some((handle, _)) = description.materials.iter().find(|(_, material)| spreads(material))
+    {
+        let span = description.materials.origin(handle).span;
+        let message = "`whitted` leaves out light below surfaces: this material is like glass";
+        let warning = Diagnostic::warning("subsurface-left-out", span, message);
+        diagnostics.push(warning.with_help("the integrator `path` renders it"));
     }
 }
 

@@ -53,6 +53,7 @@ pub fn build(description: &SceneDesc, options: &BuildOptions) -> (Option<Scene>,
         diagnostics.push(Diagnostic::warning("depth-limited", None, message));
     }
     media::warn_of_absence(description, &mut diagnostics);
+    media::warn_of_solidity(description, &mut diagnostics);
     let textures = Textures::new(description, &mut diagnostics);
     let materials = materials(description, &textures, &mut diagnostics);
     let mut lights = LightBuilder::new(description, &textures, &mut diagnostics);

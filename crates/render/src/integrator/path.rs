@@ -6,6 +6,7 @@
 //!
 //! In a scene file: `Integrator "path" "integer maxdepth" 8`, or `"volpath"` for scenes with media.
 
+mod below;
 mod together;
 mod volume;
 
@@ -240,6 +241,11 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         path.arrival = Arrival { from: vantage, pdf: (!sample.kind.is_specular()).then_some(sample.pdf) };
         path.ray = at.spawn(wi);
         path.spread |= TAMED && !sample.kind.is_specular();
+        if sample.kind.is_transmission()
+            && let Some(source) = tracer.scene.subsurface(at.material)
+        {
+            return Bounce { goes_on: self.spread_below(tracer, path, at, source), direct };
+        }
         if MEDIA {
             path.volume.leave(tracer.scene, at, hit, wi);
             path.volume.ratios.scatter(sample.pdf);

@@ -96,6 +96,7 @@ pub(crate) fn traits(description: &SceneDesc, handle: Handle<sahl_scene::Materia
             Description::OpenPbr(surface) => {
                 surface.specular_roughness_anisotropy != FloatParam::Constant(0.0)
             }
+            Description::Subsurface(subsurface) => is_anisotropic(&subsurface.roughness),
             Description::Measured(brdf) => brdf.phi.len() > 1,
             Description::Diffuse { .. }
             | Description::ThinDielectric { .. }

@@ -13,6 +13,7 @@ mod open_pbr;
 mod relief;
 mod roughness;
 mod shared;
+mod subsurface;
 
 use std::sync::Arc;
 
@@ -33,6 +34,7 @@ pub use open_pbr::OpenPbrSource;
 pub use relief::Relief;
 pub use roughness::Roughness;
 pub(crate) use shared::SharedTables;
+pub use subsurface::SubsurfaceSource;
 
 /// How a surface scatters light, with its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +78,8 @@ pub enum Material {
     Hair(Box<HairSource>),
     /// The layers of OpenPBR.
     OpenPbr(Box<OpenPbrSource>),
+    /// Matter in which light spreads.
+    Subsurface(Box<SubsurfaceSource>),
     /// A measured surface.
     Measured(Arc<MeasuredTables>),
     /// No scattering of its own, but other materials.
@@ -200,6 +204,13 @@ impl Material {
             Description::OpenPbr(surface) => {
                 Self::OpenPbr(Box::new(OpenPbrSource::new(surface, textures, span, diagnostics)))
             }
+            Description::Subsurface(subsurface) => Self::Subsurface(Box::new(SubsurfaceSource::new(
+                subsurface,
+                textures,
+                shared,
+                span,
+                diagnostics,
+            ))),
             Description::Measured(brdf) => Self::Measured(shared.measured(brdf, span, diagnostics)),
             Description::Mix { materials, amount } => {
                 Self::Composition(Composition::mix(*materials, textures.float_source(amount)))
@@ -234,6 +245,7 @@ impl Material {
             Self::Coated(source) => source.bsdf(query, room),
             Self::Hair(source) => source.bsdf(query, room),
             Self::OpenPbr(source) => source.bsdf(query, room),
+            Self::Subsurface(source) => source.surface(query).into(),
             Self::Measured(tables) => Measured::new(tables, query.wavelengths).into(),
             Self::Composition(_) | Self::Interface => Dielectric::new(1.0, [0.0; 2]).into(),
         }

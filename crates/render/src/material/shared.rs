@@ -5,11 +5,14 @@ use std::sync::Arc;
 use sahl_scene::{Diagnostics, MeasuredBrdf, Span};
 
 use crate::bsdf::MeasuredTables;
+use crate::subsurface::DiffusionTable;
 
 /// Tables made so far for the materials of a scene.
 #[derive(Debug, Default)]
 pub(crate) struct SharedTables {
     measured: Vec<(Arc<MeasuredBrdf>, Arc<MeasuredTables>)>,
+    /// By mean cosine and index of refraction.
+    diffusion: Vec<([f32; 2], Arc<DiffusionTable>)>,
 }
 
 impl SharedTables {
@@ -26,5 +29,15 @@ impl SharedTables {
         let tables = Arc::new(MeasuredTables::new(brdf, span, diagnostics));
         self.measured.push((Arc::clone(brdf), Arc::clone(&tables)));
         tables
+    }
+
+    /// How light spreads in matter of the index `eta`, scattering with the mean cosine `g`.
+    pub(super) fn diffusion(&mut self, g: f32, eta: f32) -> Arc<DiffusionTable> {
+        if let Some((_, table)) = self.diffusion.iter().find(|(known, _)| *known == [g, eta]) {
+            return Arc::clone(table);
+        }
+        let table = Arc::new(DiffusionTable::new(g, eta));
+        self.diffusion.push(([g, eta], Arc::clone(&table)));
+        table
     }
 }

@@ -12,4 +12,5 @@ mod many_lights;
 mod media;
 mod shapes;
 mod spectral;
+mod subsurface;
 mod terminator;

@@ -3,7 +3,7 @@
 use super::{Check, Range, called};
 use crate::{
     Coat, ConductorReflectance, FloatParam, Hair, HairColor, Handle, Material, Origin, Relief, Roughness,
-    SceneDesc, Spectrum,
+    SceneDesc, Spectrum, Subsurface, SubsurfaceScattering,
 };
 
 /// How many materials may stand inside each other.
@@ -125,6 +125,7 @@ impl Check<'_> {
                     self.spectrum_param(owner, &format!("`{name}`"), color, origin);
                 }
             }
+            Material::Subsurface(subsurface) => self.subsurface(owner, subsurface, origin),
             Material::Measured(brdf) => {
                 if let Some(problem) = brdf.problem() {
                     self.error("bad-measurement", origin, format!("the measurement of {owner}: {problem}"));
@@ -195,6 +196,26 @@ impl Check<'_> {
         self.float_param(owner, "`beta_m`", hair.beta_m, Range::NotNegative, origin);
         self.float_param(owner, "`beta_n`", hair.beta_n, Range::NotNegative, origin);
         self.float_param(owner, "`alpha`", hair.alpha, Range::Finite, origin);
+    }
+
+    fn subsurface(&mut self, owner: &str, subsurface: &Subsurface, origin: &Origin) {
+        let Subsurface { scattering, eta, g, roughness } = subsurface;
+        let scale = match scattering {
+            SubsurfaceScattering::Coefficients { sigma_a, sigma_s, scale } => {
+                self.spectrum_param(owner, "`sigma_a`", sigma_a, origin);
+                self.spectrum_param(owner, "`sigma_s`", sigma_s, origin);
+                scale
+            }
+            SubsurfaceScattering::Reflectance { reflectance, mean_free_path, scale } => {
+                self.spectrum_param(owner, "the reflectance", reflectance, origin);
+                self.spectrum_param(owner, "the mean free path", mean_free_path, origin);
+                scale
+            }
+        };
+        self.number(|| format!("the scale of {owner}"), *scale, Range::NotNegative, origin);
+        self.number(|| format!("`eta` of {owner}"), *eta, Range::Positive, origin);
+        self.asymmetry(owner, *g, origin);
+        self.roughness(owner, roughness, origin);
     }
 
     /// Complains unless `eta` can be an index of refraction.

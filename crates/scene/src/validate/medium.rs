@@ -42,7 +42,7 @@ impl Check<'_> {
     }
 
     /// The parameter of the phase function.
-    fn asymmetry(&mut self, owner: &str, g: f32, origin: &Origin) {
+    pub(super) fn asymmetry(&mut self, owner: &str, g: f32, origin: &Origin) {
         if !(g > -1.0 && g < 1.0) {
             let message = format!("`g` of {owner} is {g}: expected more than -1 and less than 1");
             self.error("bad-number", origin, message);

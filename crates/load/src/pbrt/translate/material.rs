@@ -6,7 +6,7 @@ use std::sync::Arc;
 use sahl_image::Encoding;
 use sahl_scene::{
     Coat, ConductorReflectance, FloatParam, Hair, HairColor, Material, MeasuredBrdf, Relief, Roughness,
-    Spectrum, SpectrumParam,
+    Spectrum, SpectrumParam, Subsurface, SubsurfaceScattering,
 };
 
 use super::super::context::Context;
@@ -15,6 +15,7 @@ use super::super::report::quote;
 use super::super::statement::Name;
 use super::image::image;
 use super::lookup;
+use super::preset::{self, Measured};
 use super::spectrum::{
     Role, float_or_spectrum, float_param, optional_float_param, optional_spectrum_param, spectrum_param,
 };
@@ -241,10 +242,50 @@ fn hair(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
 }
 
 fn subsurface(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {
-    p.without_effect(&["name", "sigma_a", "sigma_s", "mfp", "g", "eta", "scale"]);
-    p.without_effect(&["roughness", "uroughness", "vroughness", "remaproughness"]);
-    p.unsupported_plugin("unsupported-material", "`diffuse` is used, without light below the surface");
-    reflectance(cx, p, 0.7)
+    let scale = p.non_negative("scale", 1.0);
+    let mut g = p.float_where("g", 0.0, |g| g > -1.0 && g < 1.0, "greater than -1 and less than 1");
+    // What tells how light spreads, the strongest first, as in pbrt-v4.
+    let named = preset::named(p, "name");
+    let coefficient = |name| optional_spectrum_param(cx, p, name, Role::Unbounded);
+    let (sigma_a, sigma_s) = (coefficient("sigma_a"), coefficient("sigma_s"));
+    let reflectance = optional_spectrum_param(cx, p, "reflectance", Role::Albedo);
+    let mean_free_path = coefficient("mfp");
+    let milk = Measured { sigma_s: [2.55, 3.21, 3.77], sigma_a: [0.0011, 0.0024, 0.014] };
+    let of_measured = |Measured { sigma_s, sigma_a }| {
+        let [sigma_a, sigma_s] = [sigma_a, sigma_s].map(|rgb| SpectrumParam::Constant(Spectrum::srgb(rgb)));
+        SubsurfaceScattering::Coefficients { sigma_a, sigma_s, scale }
+    };
+    let one = || SpectrumParam::Constant(Spectrum::Constant(1.0));
+    let (scattering, weaker): (_, &[&'static str]) = match (named, sigma_a, sigma_s, reflectance) {
+        (Some(measured), ..) => {
+            if g != 0.0 {
+                p.unsupported(&["g"], "named coefficients are reduced ones, for which it is 0");
+                g = 0.0;
+            }
+            (of_measured(measured), &["sigma_a", "sigma_s", "reflectance", "mfp"])
+        }
+        (None, Some(sigma_a), Some(sigma_s), _) => {
+            (SubsurfaceScattering::Coefficients { sigma_a, sigma_s, scale }, &["reflectance", "mfp"])
+        }
+        (None, None, None, Some(reflectance)) => {
+            let mean_free_path = mean_free_path.unwrap_or_else(one);
+            (SubsurfaceScattering::Reflectance { reflectance, mean_free_path, scale }, &[])
+        }
+        (None, None, None, None) => (of_measured(milk), &["mfp"]),
+        (None, given, ..) => {
+            let (given, missing) =
+                if given.is_some() { ("sigma_a", "sigma_s") } else { ("sigma_s", "sigma_a") };
+            p.invalid(given, &format!("needs `{missing}` beside it"));
+            (of_measured(milk), &[])
+        }
+    };
+    p.unsupported(weaker, "what is given beside it tells how light spreads");
+    MaterialKind::Surface(Material::Subsurface(Box::new(Subsurface {
+        scattering,
+        eta: p.positive("eta", 1.33),
+        g,
+        roughness: roughness(cx, p, ["roughness", "uroughness", "vroughness"]),
+    })))
 }
 
 fn measured(cx: &Context<'_>, p: &Reader<'_>) -> MaterialKind {

@@ -3,8 +3,8 @@
 use sahl_image::ColorSpace;
 use sahl_math::{Bounds3, Transform, Vec3};
 use sahl_scene::{
-    CloudMedium, Coefficients, Diagnostic, Emission, Grid, GridEmission, GridMedium, GridSource, Medium,
-    Region, RgbGridMedium, SparseGrid, SparseMedium, Spectrum, TemperatureScale,
+    CloudMedium, Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Medium, Region,
+    RgbGridMedium, SparseGrid, SparseMedium, Spectrum, TemperatureScale,
 };
 
 use super::super::context::Context;
@@ -43,22 +43,10 @@ pub(in super::super) fn medium(
 }
 
 fn homogeneous(cx: &Context<'_>, p: &Reader<'_>, _: &Transform) -> Option<Medium> {
-    let coefficients = coefficients(cx, p, preset(p));
+    let coefficients = coefficients(cx, p, preset::named(p, "preset"));
     let scale = p.non_negative("Lescale", 1.0);
     let emission = emitted(cx, p).map(|radiance| Emission { radiance, scale });
     Some(Medium::Homogeneous { coefficients, emission })
-}
-
-/// The measured material that `preset` names; one that nobody measured is an error.
-fn preset(p: &Reader<'_>) -> Option<Measured> {
-    let name = p.string("preset").filter(|name| !name.text.is_empty())?;
-    let measured = preset::measured(&name.text);
-    if measured.is_none() {
-        let message = format!("there are no measured coefficients of {}", quote(name.text.as_bytes()));
-        let diagnostic = Diagnostic::error("unknown-preset", name.span, message);
-        p.report().push_with_choices(diagnostic, &name.text, preset::names());
-    }
-    measured
 }
 
 /// Absorption and scattering, by default one per metre, with the phase function. What was measured comes before what is

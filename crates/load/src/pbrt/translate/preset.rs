@@ -2,6 +2,11 @@
 //!
 //! Origin: `data/media/PROVENANCE.md`.
 
+use sahl_scene::Diagnostic;
+
+use super::super::reader::Reader;
+use super::super::report::quote;
+
 /// One material a line: name, scattering, absorption; per millimetre, in linear sRGB.
 const TABLE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/media/scattering.csv"));
 
@@ -14,13 +19,25 @@ pub(super) struct Measured {
     pub(super) sigma_a: [f32; 3],
 }
 
+/// The measured material that the string `parameter` names; one that nobody measured is an error.
+pub(super) fn named(p: &Reader<'_>, parameter: &'static str) -> Option<Measured> {
+    let name = p.string(parameter).filter(|name| !name.text.is_empty())?;
+    let measured = measured(&name.text);
+    if measured.is_none() {
+        let message = format!("there are no measured coefficients of {}", quote(name.text.as_bytes()));
+        let diagnostic = Diagnostic::error("unknown-preset", name.span, message);
+        p.report().push_with_choices(diagnostic, &name.text, names());
+    }
+    measured
+}
+
 /// The names of the measured materials.
-pub(super) fn names() -> impl Iterator<Item = &'static str> + Clone {
+fn names() -> impl Iterator<Item = &'static str> + Clone {
     rows().map(|(name, _)| name)
 }
 
 /// The material called `name`.
-pub(super) fn measured(name: &str) -> Option<Measured> {
+fn measured(name: &str) -> Option<Measured> {
     let (_, values) = rows().find(|(found, _)| *found == name)?;
     let mut values = values.split(',').map(|value| value.parse().ok());
     let mut triple = || Some([values.next()??, values.next()??, values.next()??]);
