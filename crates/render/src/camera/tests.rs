@@ -185,7 +185,9 @@ fn a_camera_that_moves_is_where_its_motion_is() {
         let camera_to_world = Transform::translate(f64::from(x), 0.0, 0.0).unwrap();
         built(sahl_scene::Camera { camera_to_world, ..Default::default() }, [8, 8])
     };
-    assert_eq!(camera.footprint(p, Vec3::Z, 0.5), still(2.0).footprint(p, Vec3::Z, 0.0));
-    assert_ne!(camera.footprint(p, Vec3::Z, 0.5), camera.footprint(p, Vec3::Z, 0.0));
+    // On a slanted plane: on one across the view the footprint is the same everywhere.
+    let n = Vec3::new(0.6, 0.0, 0.8);
+    assert_eq!(camera.footprint(p, n, 0.5), still(2.0).footprint(p, n, 0.0));
+    assert_ne!(camera.footprint(p, n, 0.5), camera.footprint(p, n, 0.0));
     assert_eq!(camera.depth(place, 0.5), 5.0);
 }
