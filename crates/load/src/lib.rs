@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod assets;
+mod blosc;
 mod framing;
 mod gzip;
 mod measured;

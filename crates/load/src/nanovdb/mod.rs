@@ -2,12 +2,12 @@
 //!
 //! A file is a row of segments. A segment is a header, a description of each of its grids with the grid's name, and then
 //! the grids, each a copy of the memory that holds its tree, compressed or not. What is read is grids of 32-bit floats in the
-//! layout of version 32, raw or compressed by zip.
+//! layout of version 32, raw or compressed by zip or Blosc.
 //!
 //! Source: Museth, *NanoVDB: A GPU-Friendly and Portable VDB Data Structure for Real-Time Rendering and Simulation*, SIGGRAPH
 //! Talks 2021, and the offsets that its reference implementation documents.
 //!
-//! Deliberately absent: Blosc compression, quantised values, and the trees themselves: they are flattened.
+//! Deliberately absent: quantised values, and the trees themselves: they are flattened.
 
 mod grid;
 
@@ -16,6 +16,8 @@ use std::io::Read as _;
 use flate2::read::ZlibDecoder;
 use sahl_scene::SparseGrid;
 use thiserror::Error;
+
+use crate::blosc::{self, BloscError};
 
 /// Bytes of a segment's header, and of the description of a grid in it.
 const HEADER: usize = 16;
@@ -39,8 +41,8 @@ pub(crate) enum NanoVdbError {
     Truncated,
     #[error("its layout is that of version {0}: only that of version 32 can be read")]
     Version(u32),
-    #[error("the grid is compressed with Blosc: convert it with `nanovdb_convert -z`")]
-    Blosc,
+    #[error("a Blosc chunk of the grid can't be read: {0}")]
+    Blosc(#[from] BloscError),
     #[error("the grid is compressed in an unknown way ({0})")]
     Codec(u16),
     #[error("the compressed grid is damaged: {0}")]
@@ -124,7 +126,7 @@ pub(crate) fn read(bytes: &[u8], name: &str) -> Result<Option<SparseGrid>, NanoV
     match entry.codec {
         0 => grid::flatten(Bytes(entry.stored)).map(Some),
         1 => grid::flatten(Bytes(&unzip(&entry)?)).map(Some),
-        2 => Err(NanoVdbError::Blosc),
+        2 => grid::flatten(Bytes(&unpack(&entry)?)).map(Some),
         other => Err(NanoVdbError::Codec(other)),
     }
 }
@@ -141,6 +143,18 @@ fn unzip(entry: &Entry<'_>) -> Result<Vec<u8>, NanoVdbError> {
         Ok(_) => Err(NanoVdbError::Truncated),
         Err(error) => Err(NanoVdbError::Damaged(error.to_string())),
     }
+}
+
+/// The grid's bytes, from chunks of at most a gigabyte, each after a count of its bytes.
+fn unpack(entry: &Entry<'_>) -> Result<Vec<u8>, NanoVdbError> {
+    let stored = Bytes(entry.stored);
+    let (mut grid, mut offset) = (Vec::new(), 0);
+    while (grid.len() as u64) < entry.size {
+        let chunk = stored.part(offset + 8, stored.u64(offset)?)?;
+        blosc::decompress(chunk, entry.size - grid.len() as u64, &mut grid)?;
+        offset += 8 + chunk.len();
+    }
+    Ok(grid)
 }
 
 /// The grids of all segments.
