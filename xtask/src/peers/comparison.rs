@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use sahl_accel::{Accel, BuildOptions, Builder, Tier, TriangleMesh};
 use sahl_math::Ray;
 
@@ -153,14 +154,13 @@ impl Comparison<'_> {
         let rounds = self.args.runs.get();
         let bench = Bench { accel, high, rivals: counted, rounds };
         let with_robust = Bench { rivals: &rivals, ..bench };
+        let pool = pool(self.threads)?;
         let mut table = Table::new("Mrays/s");
         let workloads: [(Measurement, &str, usize, &dyn Fn() -> Outcome); 4] = [
             (Measurement::Primary, "primary", rays.primary.len(), &|| bench.nearest(&rays.primary, true)),
             (Measurement::Bounce, "bounce", rays.bounce.len(), &|| with_robust.nearest(&rays.bounce, false)),
             (Measurement::Occlusion, "occlusion", rays.occlusion.len(), &|| bench.occlusion(&rays.occlusion)),
-            (Measurement::Threads, "threads", rays.bounce.len(), &|| {
-                bench.threads(&rays.bounce, self.threads)
-            }),
+            (Measurement::Threads, "threads", rays.bounce.len(), &|| bench.threads(&rays.bounce, &pool)),
         ];
         let mut notes = String::new();
         self.warn_if_busy();
@@ -181,15 +181,16 @@ impl Comparison<'_> {
         }
         println!("{table}{notes}");
         if self.args.measures(Measurement::Threads) && self.threads > 1 {
-            self.scaling(&bench, &rays.bounce);
+            self.scaling(&bench, &rays.bounce)?;
         }
         Ok(())
     }
 
-    fn scaling(&mut self, bench: &Bench<'_>, rays: &[Ray]) {
-        let scaling = bench.scaling(rays);
+    fn scaling(&mut self, bench: &Bench<'_>, rays: &[Ray]) -> Result<()> {
+        let scaling = bench.scaling(rays, [&pool(1)?, &pool(2)?]);
         println!("two threads / one: {scaling:.2}");
         self.summary.scaling.push(scaling);
+        Ok(())
     }
 
     /// Embree's trees over the mesh in every configuration that was asked for and that the processor has; those for information come
@@ -273,6 +274,10 @@ impl Comparison<'_> {
         let (shot, lost) = lost::shoot(body, count, self.threads, &tracers);
         Ok((shot, names.into_iter().zip(lost).collect()))
     }
+}
+
+fn pool(threads: usize) -> Result<ThreadPool> {
+    Ok(ThreadPoolBuilder::new().num_threads(threads).build()?)
 }
 
 /// Rays of which one of Sahl's queries says that they hit nothing. Queries for rays that are alike are asked for a part of them, since

@@ -65,15 +65,32 @@ pub(crate) fn free_share(threads: usize) -> f64 {
 /// The medians of `rounds` runs of each contender. Each round runs all of them, beginning with another one; a round that does not
 /// count comes first.
 pub(crate) fn alternate<C: Copy>(contenders: &[C], rounds: usize, mut run: impl FnMut(C) -> f64) -> Vec<f64> {
+    alternate_parts(contenders, rounds, 1, |contender, _| run(contender))
+}
+
+/// As [`alternate`], where each run consists of parts and all contenders run one part before any runs the next: what slows the
+/// machine for a while slows all of them alike.
+pub(crate) fn alternate_parts<C: Copy>(
+    contenders: &[C],
+    rounds: usize,
+    parts: usize,
+    mut run: impl FnMut(C, usize) -> f64,
+) -> Vec<f64> {
     let mut times = vec![Vec::with_capacity(rounds); contenders.len()];
     for &contender in contenders {
-        run(contender);
+        for part in 0..parts {
+            run(contender, part);
+        }
     }
     for round in 0..rounds {
-        for i in 0..contenders.len() {
-            let place = (i + round) % contenders.len();
-            times[place].push(run(contenders[place]));
+        let mut seconds = vec![0.0; contenders.len()];
+        for part in 0..parts {
+            for i in 0..contenders.len() {
+                let place = (i + round + part) % contenders.len();
+                seconds[place] += run(contenders[place], part);
+            }
         }
+        times.iter_mut().zip(seconds).for_each(|(times, seconds)| times.push(seconds));
     }
     times.into_iter().map(median).collect()
 }
@@ -127,6 +144,17 @@ mod tests {
         });
         assert_eq!(order, [0, 1, 2, 0, 1, 2, 1, 2, 0, 2, 0, 1]);
         assert_eq!(medians, [0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn parts_of_a_run_are_added_up() {
+        let mut order = Vec::new();
+        let medians = alternate_parts(&[10, 20], 1, 2, |contender, part| {
+            order.push((contender, part));
+            (contender + part) as f64
+        });
+        assert_eq!(order, [(10, 0), (10, 1), (20, 0), (20, 1), (10, 0), (20, 0), (20, 1), (10, 1)]);
+        assert_eq!(medians, [21.0, 41.0]);
     }
 
     #[test]

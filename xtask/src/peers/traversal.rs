@@ -1,17 +1,21 @@
 //! Rays a second: Sahl's queries against Embree's on the same rays.
 
 use std::hint::black_box;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
+use rayon::ThreadPool;
 use sahl_accel::{Accel, Hit};
 use sahl_math::Ray;
 
-use super::timing::{alternate, thread_seconds, wall_seconds};
+use super::timing::{alternate_parts, thread_seconds, wall_seconds};
 use crate::embree::{self, INVALID, RayHit, RayHit16, Scene};
 
 /// Rays a call of Sahl's batch queries.
 const CHUNK: usize = 4_096;
+/// Rays that a contender answers before the next one answers the same: few, so that all meet the machine in the same state, and
+/// enough to fill the caches with what the one before has driven out.
+const PART: usize = 8 * CHUNK;
 /// Rays of a turn of a thread where there are several: few enough that all end at nearly the same time.
 const TURN: usize = 1_024;
 
@@ -147,22 +151,27 @@ impl Bench<'_> {
         let mut hits = vec![None; rays.len()];
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
         let mut packed: Vec<RayHit16> = if coherent { embree::pack(rays) } else { Vec::new() };
-        let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(tree, query) => thread_seconds(|| {
-                for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
-                    (NEAREST[query].run)(self.tree(tree), rays, hits);
-                }
-                black_box(&hits);
-            }),
+        let medians = self.medians(&contenders, rays.len(), PART, |contender, part| match contender {
+            Contender::Sahl(tree, query) => {
+                let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
+                thread_seconds(|| {
+                    for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
+                        (NEAREST[query].run)(self.tree(tree), rays, hits);
+                    }
+                    black_box(&hits);
+                })
+            }
             Contender::Single(rival) => {
-                reset(&mut singles, rays);
-                thread_seconds(|| embree::intersect(&self.rivals[rival].scene, &mut singles))
+                let singles = &mut singles[part.clone()];
+                reset(singles, &rays[part]);
+                thread_seconds(|| embree::intersect(&self.rivals[rival].scene, singles))
             }
             Contender::Packets(rival, coherent) => {
-                for (packet, rays) in packed.iter_mut().zip(rays.chunks_exact(16)) {
+                let packed = &mut packed[part.start / 16..part.end / 16];
+                for (packet, rays) in packed.iter_mut().zip(rays[part].chunks_exact(16)) {
                     packet.reset(rays);
                 }
-                thread_seconds(|| embree::intersect_packets(&self.rivals[rival].scene, &mut packed, coherent))
+                thread_seconds(|| embree::intersect_packets(&self.rivals[rival].scene, packed, coherent))
             }
         });
         let rates = self.rates(&contenders, &medians, rays.len(), |query| NEAREST[query].name);
@@ -176,18 +185,22 @@ impl Bench<'_> {
         let contenders = self.contenders(&(0..OCCLUSION.len()).collect::<Vec<_>>(), false);
         let mut occluded = vec![false; rays.len()];
         let mut singles: Vec<embree::Ray> = rays.iter().map(embree::single).collect();
-        let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(tree, query) => thread_seconds(|| {
-                for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-                    (OCCLUSION[query].run)(self.tree(tree), rays, occluded);
-                }
-                black_box(&occluded);
-            }),
+        let medians = self.medians(&contenders, rays.len(), PART, |contender, part| match contender {
+            Contender::Sahl(tree, query) => {
+                let (rays, occluded) = (&rays[part.clone()], &mut occluded[part]);
+                thread_seconds(|| {
+                    for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
+                        (OCCLUSION[query].run)(self.tree(tree), rays, occluded);
+                    }
+                    black_box(&occluded);
+                })
+            }
             Contender::Single(rival) | Contender::Packets(rival, _) => {
-                for (single, ray) in singles.iter_mut().zip(rays) {
+                let singles = &mut singles[part.clone()];
+                for (single, ray) in singles.iter_mut().zip(&rays[part]) {
                     single.tfar = ray.t_max;
                 }
-                thread_seconds(|| embree::occluded(&self.rivals[rival].scene, &mut singles))
+                thread_seconds(|| embree::occluded(&self.rivals[rival].scene, singles))
             }
         });
         let rates = self.rates(&contenders, &medians, rays.len(), |query| OCCLUSION[query].name);
@@ -198,37 +211,55 @@ impl Bench<'_> {
     }
 
     /// Nearest hits on several threads, by the clock on the wall.
-    pub(crate) fn threads(&self, rays: &[Ray], threads: usize) -> Outcome {
+    pub(crate) fn threads(&self, rays: &[Ray], pool: &ThreadPool) -> Outcome {
+        let threads = pool.current_num_threads();
         let contenders = self.contenders(&nearest_queries(false), false);
         let mut hits = vec![None; rays.len()];
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
-        let medians = alternate(&contenders, self.rounds, |contender| match contender {
-            Contender::Sahl(tree, query) => on_threads(threads, rays, &mut hits, |rays, hits| {
-                (NEAREST[query].run)(self.tree(tree), rays, hits);
-            }),
-            Contender::Single(rival) | Contender::Packets(rival, _) => {
-                reset(&mut singles, rays);
-                let scene = &self.rivals[rival].scene;
-                on_threads(threads, rays, &mut singles, |_, singles| embree::intersect(scene, singles))
-            }
-        });
+        let medians =
+            self.medians(&contenders, rays.len(), threads * PART, |contender, part| match contender {
+                Contender::Sahl(tree, query) => {
+                    let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
+                    on_threads(pool, rays, hits, |rays, hits| {
+                        (NEAREST[query].run)(self.tree(tree), rays, hits)
+                    })
+                }
+                Contender::Single(rival) | Contender::Packets(rival, _) => {
+                    let (rays, singles) = (&rays[part.clone()], &mut singles[part]);
+                    reset(singles, rays);
+                    let scene = &self.rivals[rival].scene;
+                    on_threads(pool, rays, singles, |_, singles| embree::intersect(scene, singles))
+                }
+            });
         let rates = self.rates(&contenders, &medians, rays.len(), |query| NEAREST[query].name);
         Outcome { rates, ..Outcome::default() }
     }
 
     /// How much faster Sahl's fastest query is on two threads than on one that is started alike.
-    pub(crate) fn scaling(&self, rays: &[Ray]) -> f64 {
+    pub(crate) fn scaling(&self, rays: &[Ray], [one, two]: [&ThreadPool; 2]) -> f64 {
         let mut hits = vec![None; rays.len()];
-        let contenders: Vec<(usize, usize)> =
-            nearest_queries(false).into_iter().flat_map(|query| [(query, 1), (query, 2)]).collect();
-        let medians = alternate(&contenders, self.rounds, |(query, threads)| {
-            on_threads(threads, rays, &mut hits, |rays, hits| (NEAREST[query].run)(self.accel, rays, hits))
+        let contenders: Vec<(usize, &ThreadPool)> =
+            nearest_queries(false).into_iter().flat_map(|query| [(query, one), (query, two)]).collect();
+        let medians = self.medians(&contenders, rays.len(), 2 * PART, |(query, pool), part| {
+            let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
+            on_threads(pool, rays, hits, |rays, hits| (NEAREST[query].run)(self.accel, rays, hits))
         });
-        let fastest = |threads: usize| {
-            let times = contenders.iter().zip(&medians).filter(|(contender, _)| contender.1 == threads);
-            times.map(|(_, &time)| time).fold(f64::INFINITY, f64::min)
-        };
-        fastest(1) / fastest(2)
+        // The contenders take turns: one thread, two threads.
+        let fastest = |times: &mut dyn Iterator<Item = &f64>| times.copied().fold(f64::INFINITY, f64::min);
+        fastest(&mut medians.iter().step_by(2)) / fastest(&mut medians.iter().skip(1).step_by(2))
+    }
+
+    /// The median seconds of each contender for all rays, of which all answer one part before the next.
+    fn medians<C: Copy>(
+        &self,
+        contenders: &[C],
+        rays: usize,
+        part: usize,
+        mut run: impl FnMut(C, Range<usize>) -> f64,
+    ) -> Vec<f64> {
+        alternate_parts(contenders, self.rounds, rays.div_ceil(part), |contender, index| {
+            run(contender, index * part..rays.min((index + 1) * part))
+        })
     }
 
     /// How many rays some query for nearest hits answers otherwise than the first one, whose answers are given.
@@ -321,24 +352,20 @@ fn reset(singles: &mut [RayHit], rays: &[Ray]) {
     }
 }
 
-/// Seconds on the wall in which `threads` threads answer the rays, turn by turn as they get to it.
+/// Seconds on the wall in which the threads of a pool answer the rays, turn by turn as they get to it.
 fn on_threads<T: Send>(
-    threads: usize,
+    pool: &ThreadPool,
     rays: &[Ray],
     answers: &mut [T],
     work: impl Fn(&[Ray], &mut [T]) + Sync,
 ) -> f64 {
     let queue = Mutex::new(rays.chunks(TURN).zip(answers.chunks_mut(TURN)));
     wall_seconds(|| {
-        thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    loop {
-                        let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-                        let Some((rays, answers)) = next else { break };
-                        work(rays, answers);
-                    }
-                });
+        pool.broadcast(|_| {
+            loop {
+                let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some((rays, answers)) = next else { break };
+                work(rays, answers);
             }
         });
     })
