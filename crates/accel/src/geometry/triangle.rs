@@ -50,16 +50,25 @@ impl Shear {
     /// The shear of a direction other than zero.
     #[inline]
     pub(crate) fn new(direction: Vec3) -> Self {
+        Self::with_reciprocal(direction, direction.map(|x| 1.0 / x))
+    }
+
+    /// As [`Self::new`], given one over each coordinate of the direction.
+    #[inline(always)]
+    pub(crate) fn with_reciprocal(direction: Vec3, reciprocal: Vec3) -> Self {
+        // In memory: made where it is used, it would be written to the stack and read back.
+        static AXES: [[Axis; 3]; 3] =
+            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
         // Selections, not branches: which axis dominates cannot be predicted.
         let d: [f32; 3] = direction.into();
         let [x, y, z] = d.map(f32::abs);
         let (larger, axis) = if y > x { (y, 1) } else { (x, 0) };
         let axis = if z > larger { 2 } else { axis };
-        let axes =
-            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]][axis];
-        let [x, y, z] = axes.map(|axis| d[axis as usize]);
-        let scale = 1.0 / z;
-        Self { axes, factors: [x * scale, y * scale, scale] }
+        let axes = AXES[axis];
+        // Arrays are read at an index, vectors by branches.
+        let reciprocal: [f32; 3] = reciprocal.into();
+        let scale = reciprocal[axis];
+        Self { axes, factors: [d[axes[0] as usize] * scale, d[axes[1] as usize] * scale, scale] }
     }
 
     /// A vertex, relative to the ray's origin, in the sheared space: the ray runs from zero along +z.

@@ -59,16 +59,22 @@ enum AxisRows {
 const _: () = assert!(AxisRows::Z as usize == 6 * size_of::<Row>());
 
 impl BlockRay {
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn new(ray: &Ray) -> Self {
-        let shear = Shear::new(ray.direction);
+        Self::with_reciprocal(ray, ray.direction.map(|x| 1.0 / x))
+    }
+
+    /// As [`Self::new`], given one over each coordinate of the direction.
+    #[inline(always)]
+    pub(crate) fn with_reciprocal(ray: &Ray, reciprocal: Vec3) -> Self {
+        static ROWS: [AxisRows; 3] = [AxisRows::X, AxisRows::Y, AxisRows::Z];
+        let shear = Shear::with_reciprocal(ray.direction, reciprocal);
         let origin: [f32; 3] = ray.origin.into();
-        let rows = [AxisRows::X, AxisRows::Y, AxisRows::Z];
         Self {
             ray: *ray,
             shear,
             origin: shear.axes.map(|axis| origin[axis as usize]),
-            rows: shear.axes.map(|axis| rows[axis as usize]),
+            rows: shear.axes.map(|axis| ROWS[axis as usize]),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
+use sahl_math::Vec3;
+
 use super::{BUNDLE_RAYS, WIDTH};
 
 /// Eight numbers in a row, aligned for the widest load that takes them.
@@ -141,6 +143,13 @@ impl Octant {
     #[inline(always)]
     pub(crate) fn new(negative: [bool; 3]) -> Self {
         Self(negative.iter().rev().fold(0, |bits, &bit| bits << 1 | u8::from(bit)))
+    }
+
+    /// That of a direction, by the sign bits: zeros count as what is next to them on their side.
+    #[inline(always)]
+    pub(crate) fn of(direction: Vec3) -> Self {
+        let [x, y, z] = [direction.x, direction.y, direction.z].map(f32::to_bits);
+        Self((x >> 31 | y >> 30 & 2 | z >> 29 & 4) as u8)
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! A node with the boxes of eight children, and the test of a ray against all eight.
 
-use sahl_math::{Bounds3, Ray, gamma};
+use sahl_math::{Bounds3, Ray, Vec3, gamma};
 
 use super::isa::{Interval, Isa, Lanes, Octant, Order, Row};
 
@@ -48,16 +48,37 @@ pub(super) enum Planes {
     MaxZ = 160,
 }
 
-impl Planes {
-    /// Those where rays of an octant enter, and those where they leave; one an axis.
+/// Rows of planes, one an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlaneRows {
+    /// Those where the ray enters.
+    pub(super) enter: [Planes; 3],
+    /// Those where it leaves.
+    pub(super) exit: [Planes; 3],
+}
+
+impl PlaneRows {
+    /// Those of rays of an octant.
     #[inline(always)]
-    pub(super) fn of(octant: Octant) -> ([Self; 3], [Self; 3]) {
-        use Planes::{MaxX, MaxY, MaxZ, MinX, MinY, MinZ};
-        let (min, max) = ([MinX, MinY, MinZ], [MaxX, MaxY, MaxZ]);
-        let negative = |axis: usize| octant.index() >> axis & 1 == 1;
-        let enter = std::array::from_fn(|axis| if negative(axis) { max[axis] } else { min[axis] });
-        let exit = std::array::from_fn(|axis| if negative(axis) { min[axis] } else { max[axis] });
-        (enter, exit)
+    pub(super) fn of(octant: Octant) -> &'static Self {
+        static ROWS: [PlaneRows; 8] = {
+            use Planes::{MaxX, MaxY, MaxZ, MinX, MinY, MinZ};
+            let (min, max) = ([MinX, MinY, MinZ], [MaxX, MaxY, MaxZ]);
+            let mut rows = [PlaneRows { enter: min, exit: max }; 8];
+            let mut octant = 0;
+            while octant < 8 {
+                let mut axis = 0;
+                while axis < 3 {
+                    if octant >> axis & 1 == 1 {
+                        (rows[octant].enter[axis], rows[octant].exit[axis]) = (max[axis], min[axis]);
+                    }
+                    axis += 1;
+                }
+                octant += 1;
+            }
+            rows
+        };
+        &ROWS[octant.index()]
     }
 }
 
@@ -72,10 +93,7 @@ pub(crate) struct NodeRay {
     /// One over the direction, for the planes where the ray enters, and [`EXIT_WIDENING`] times that for those where it leaves.
     reciprocal: [f32; 3],
     widened: [f32; 3],
-    /// Which rows hold the planes where the ray enters, one an axis.
-    enter: [Planes; 3],
-    /// Which rows hold those where it leaves.
-    exit: [Planes; 3],
+    rows: PlaneRows,
     pub(crate) octant: Octant,
     pub(crate) order: Order,
     t_min: f32,
@@ -99,8 +117,7 @@ impl<'a> Node<'a> {
     /// parameter that counts: where `enter <= exit`, it meets them.
     #[inline(always)]
     pub(crate) fn interval<I: Isa>(self, isa: I, ray: &NodeRay, reach: f32) -> Interval<I::F32> {
-        let [enter_x, enter_y, enter_z] = ray.enter;
-        let [exit_x, exit_y, exit_z] = ray.exit;
+        let PlaneRows { enter: [enter_x, enter_y, enter_z], exit: [exit_x, exit_y, exit_z] } = ray.rows;
         // A plane that holds the origin of a ray along it and ends the box gives NaN, and the operand after it is taken:
         // such a plane bounds nothing, nor does the one before it. In pairs, which are a step less to wait for than a chain.
         let [x, y, z] = [
@@ -126,24 +143,30 @@ impl<'a> Node<'a> {
 }
 
 impl NodeRay {
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn new(ray: &Ray) -> Self {
-        let reciprocal: [f32; 3] = ray.direction.map(|x| 1.0 / x).into();
-        let octant = Octant::new(reciprocal.map(|x| x < 0.0));
-        let (enter, exit) = Planes::of(octant);
-        let origin = ray.origin.into();
-        let widened = reciprocal.map(|x| x * EXIT_WIDENING);
-        // The reciprocal of a subnormal number is infinite and too late for where a box begins; the largest number never is.
-        let reciprocal = reciprocal.map(|x| x.clamp(f32::MIN, f32::MAX));
-        let order = *Order::of(octant);
-        Self { origin, reciprocal, widened, enter, exit, octant, order, t_min: ray.t_min }
+        Self::with_reciprocal(ray, ray.direction.map(|x| 1.0 / x))
+    }
+
+    /// As [`Self::new`], given one over each coordinate of the direction.
+    #[inline(always)]
+    pub(crate) fn with_reciprocal(ray: &Ray, reciprocal: Vec3) -> Self {
+        let octant = Octant::of(ray.direction);
+        Self {
+            origin: ray.origin.into(),
+            // The reciprocal of a subnormal number is infinite and too late for where a box begins; the largest number never is.
+            reciprocal: reciprocal.map(|x| x.clamp(f32::MIN, f32::MAX)).into(),
+            widened: (reciprocal * EXIT_WIDENING).into(),
+            rows: *PlaneRows::of(octant),
+            octant,
+            order: *Order::of(octant),
+            t_min: ray.t_min,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use sahl_math::Vec3;
-
     use super::*;
     use crate::kernel::scalar::Scalar;
 

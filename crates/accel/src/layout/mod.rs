@@ -93,16 +93,16 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    pub(crate) const COUNT: usize = 4;
+    /// Where the stage lies in an encoded reference: in its highest bits.
+    pub(crate) const SHIFT: u32 = 30;
 }
 
-const STAGE_SHIFT: u32 = 30;
 const KIND_SHIFT: u32 = 27;
-const ROW_MASK: u32 = (1 << STAGE_SHIFT) - 1;
+const ROW_MASK: u32 = (1 << Stage::SHIFT) - 1;
 const PLACE_MASK: u32 = (1 << KIND_SHIFT) - 1;
 
 /// References to rows have places for so many.
-const MAX_ROWS: usize = 1 << STAGE_SHIFT;
+const MAX_ROWS: usize = 1 << Stage::SHIFT;
 
 impl Child {
     /// The encoded reference to nothing.
@@ -110,7 +110,7 @@ impl Child {
 
     #[inline]
     pub(crate) fn encode(self) -> u32 {
-        let stage = |stage: Stage| (stage as u32) << STAGE_SHIFT;
+        let stage = |stage: Stage| (stage as u32) << Stage::SHIFT;
         let other = |kind: u32, place: u32| stage(Stage::Other) | kind << KIND_SHIFT | place & PLACE_MASK;
         match self {
             Self::Node(row) => stage(Stage::Node) | row & ROW_MASK,
@@ -126,7 +126,7 @@ impl Child {
 
     #[inline(always)]
     pub(crate) fn stage(encoded: u32) -> Stage {
-        match encoded >> STAGE_SHIFT {
+        match encoded >> Stage::SHIFT {
             0 => Stage::Node,
             1 => Stage::Block,
             2 => Stage::Other,

@@ -10,7 +10,7 @@ mod stack;
 mod stream;
 mod wide;
 
-use sahl_math::{Ray, Vec3};
+use sahl_math::Ray;
 
 use crate::geometry::triangle::Shear;
 use crate::kernel::{BlockRay, NodeRay};
@@ -75,8 +75,12 @@ impl PreparedRay {
     #[inline(always)]
     pub(crate) fn of_usable(ray: &Ray) -> Self {
         // Negative parameters lie behind the origin and never count.
-        let ray = Ray { t_min: ray.t_min.max(0.0), ..*ray };
-        Self { block_ray: BlockRay::new(&ray), node_ray: NodeRay::new(&ray) }
+        let ray = &Ray { t_min: at_least_zero(ray.t_min), ..*ray };
+        let reciprocal = ray.direction.map(|x| 1.0 / x);
+        Self {
+            block_ray: BlockRay::with_reciprocal(ray, reciprocal),
+            node_ray: NodeRay::with_reciprocal(ray, reciprocal),
+        }
     }
 
     /// See [`limit_of`].
@@ -101,9 +105,17 @@ impl PreparedRay {
 #[inline(always)]
 pub(crate) fn can_hit(ray: &Ray) -> bool {
     // Zero times what is infinite or NaN is NaN: one comparison for all coordinates.
-    let finite = (ray.origin * 0.0 + ray.direction * 0.0).dot(Vec3::ONE) == 0.0;
-    // NaN becomes zero in the maximum, and fails as the other side.
-    finite && ray.direction.abs().max_component() > 0.0 && ray.t_min.max(0.0) < ray.t_max
+    let sums = ray.origin * 0.0 + ray.direction * 0.0;
+    let direction = ray.direction.map(f32::abs);
+    (sums.x + sums.y) + sums.z == 0.0
+        && (direction.x + direction.y) + direction.z > 0.0
+        && at_least_zero(ray.t_min) < ray.t_max
+}
+
+/// The number, or zero if it is negative or NaN: one instruction, unlike `max`.
+#[inline(always)]
+fn at_least_zero(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }
 }
 
 /// The largest parameter that counts for a ray: the last before `t_max`.

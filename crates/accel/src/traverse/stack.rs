@@ -21,10 +21,10 @@ pub(crate) enum StackSize {
     Large,
 }
 
-/// The places of each [`StackSize`].
-pub(crate) const SMALL: usize = 32;
-pub(crate) const MEDIUM: usize = 96;
-pub(crate) const LARGE: usize = 512;
+/// The places of each [`StackSize`]: a power of two for what is pending, and the window into which a node writes.
+pub(crate) const SMALL: usize = 32 + WIDTH;
+pub(crate) const MEDIUM: usize = 128 + WIDTH;
+pub(crate) const LARGE: usize = 512 + WIDTH;
 
 const _: () = assert!(StackSize::needed(MAX_DEPTH + LEAF_LEVELS) <= LARGE);
 
@@ -58,6 +58,13 @@ pub(crate) struct Stack<const N: usize> {
 }
 
 impl<const N: usize> Stack<N> {
+    /// Keeps heights within the stack, where they are anyway, since trees are no deeper than it was chosen for: one instruction instead
+    /// of a comparison and a choice.
+    const MASK: usize = {
+        assert!((N - WIDTH).is_power_of_two());
+        N - WIDTH - 1
+    };
+
     /// Nothing to visit.
     #[inline(always)]
     pub(crate) fn empty() -> Self {
@@ -78,7 +85,7 @@ impl<const N: usize> Stack<N> {
     #[inline(always)]
     pub(crate) fn pop(&mut self) -> u32 {
         self.height = self.height.wrapping_sub(1);
-        self.children[self.height.min(N - 1)].to_bits()
+        self.children[self.height & Self::MASK].to_bits()
     }
 
     /// Pushes the children of a node that the ray meets before `reach`, the nearest last; their parameters, for [`Self::cull`], if `ENTERS`.
@@ -91,8 +98,7 @@ impl<const N: usize> Stack<N> {
         reach: f32,
     ) {
         let interval = node.interval(isa, ray, reach);
-        // Trees are no deeper than the stack was chosen for.
-        if let Some(window) = self.window(self.height.min(N - WIDTH)) {
+        if let Some(window) = self.window(self.height) {
             self.height += isa.push::<ENTERS>(node.children(), interval, &ray.order, window).count();
         }
     }
@@ -110,9 +116,8 @@ impl<const N: usize> Stack<N> {
         reach: f32,
     ) -> u32 {
         let interval = node.interval(isa, ray, reach);
-        // Trees are no deeper than the stack was chosen for.
-        let height = self.height.min(N - WIDTH);
-        let before = self.children[height.wrapping_sub(1).min(N - 1)].to_bits();
+        let height = self.height & Self::MASK;
+        let before = self.children[height.wrapping_sub(1) & Self::MASK].to_bits();
         let Some(window) = self.window(height) else { return Child::NOTHING };
         let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.order, window);
         let last = node.children().0[pushed.last_lane(ray.octant)].to_bits();
@@ -125,7 +130,7 @@ impl<const N: usize> Stack<N> {
     /// Done once a hit: to compare when popping would be a branch that cannot be predicted.
     #[inline(always)]
     pub(crate) fn cull<I: Isa>(&mut self, isa: I, reach: f32) {
-        let height = self.height.min(N - WIDTH);
+        let height = self.height & Self::MASK;
         self.enters[height..height + WIDTH].fill(f32::INFINITY);
         let (mut from, mut kept) = (0, 0);
         while from < height {
@@ -141,7 +146,7 @@ impl<const N: usize> Stack<N> {
 
     #[inline(always)]
     fn window(&mut self, place: usize) -> Option<Window<'_>> {
-        let place = place.min(N - WIDTH);
+        let place = place & Self::MASK;
         let children = self.children[place..].first_chunk_mut()?;
         let enters = self.enters[place..].first_chunk_mut()?;
         Some(Window { children, enters })

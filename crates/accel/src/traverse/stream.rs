@@ -68,44 +68,59 @@ struct Slot<S, const N: usize> {
     ended: bool,
 }
 
-/// The slots that wait, as sets of bits, one set a stage.
+/// The slots that wait, as sets of bits.
 ///
 /// In a register: queues in memory would make every step wait for the last, because the processor could not tell whether the
 /// place that one writes is the place that the other reads.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 struct Waiting {
-    /// Nodes in the lower half, blocks in the upper.
+    /// Those before a node in the lower half, those before a block in the upper; and there also some of those that are `rare`.
     likely: u64,
-    /// Other primitives in the lower half, what is done in the upper.
-    unlikely: u64,
+    /// Those before other primitives, and those that are done.
+    rare: u32,
 }
 
-const _: () = assert!(SLOTS <= 32 && Stage::COUNT == 4);
+const _: () = assert!(SLOTS <= 32);
+const _: () = assert!(Stage::Node as u32 == 0 && Stage::Block as u32 == 1);
+const _: () = assert!(Stage::Other as u32 == 2 && Stage::Done as u32 == 3);
 
 impl Waiting {
     #[inline(always)]
     fn join(&mut self, child: u32, slot: usize) {
-        let half = u64::from(child >> 25 & 32);
-        let bit = 1_u64 << (half | slot as u64);
-        // All bits of the reference's first.
-        let unlikely = (child as i32 >> 31) as i64 as u64;
-        self.likely |= bit & !unlikely;
-        self.unlikely |= bit & unlikely;
+        // The lower bit of the stage is the half, the higher one tells the rare from the likely.
+        let half = (child >> (Stage::SHIFT - 5) & 32) as usize;
+        self.likely |= 1 << (half | slot);
+        self.rare |= child >> (Stage::SHIFT + 1) << slot;
     }
 
-    /// Empties the set of a stage and returns it.
+    /// Those before a node, none of which waits any more.
     #[inline(always)]
-    fn take(&mut self, stage: Stage) -> SlotSet {
-        let sets = if stage as u64 >> 1 == 0 { &mut self.likely } else { &mut self.unlikely };
-        let shift = (stage as u64 & 1) << 5;
-        let set = SlotSet(*sets >> shift & u64::from(u32::MAX));
-        *sets &= u64::from(u32::MAX) << (32 - shift);
-        set
+    fn take_nodes(&mut self) -> SlotSet {
+        let set = self.likely as u32 & !self.rare;
+        self.likely &= !u64::from(u32::MAX);
+        SlotSet(set)
+    }
+
+    /// Those before a block, none of which waits any more.
+    #[inline(always)]
+    fn take_blocks(&mut self) -> SlotSet {
+        let set = (self.likely >> 32) as u32 & !self.rare;
+        self.likely &= u64::from(u32::MAX);
+        SlotSet(set)
+    }
+
+    /// The others, none of which waits any more.
+    #[inline(always)]
+    fn take_rare(&mut self) -> SlotSet {
+        let set = self.rare;
+        self.likely &= !(u64::from(set) | u64::from(set) << 32);
+        self.rare = 0;
+        SlotSet(set)
     }
 }
 
 /// Slots in ascending order.
-struct SlotSet(u64);
+struct SlotSet(u32);
 
 impl Iterator for SlotSet {
     type Item = usize;
@@ -138,27 +153,27 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
             }
         }
         while waiting != Waiting::default() {
-            for place in waiting.take(Stage::Node) {
+            for place in waiting.take_nodes() {
                 let Some(slot) = &mut slots[place] else { continue };
                 let next = slot.visit_node(isa, scene);
                 waiting.join(slot.go_to(isa, scene, next), place);
             }
-            for place in waiting.take(Stage::Block) {
+            for place in waiting.take_blocks() {
                 let Some(slot) = &mut slots[place] else { continue };
                 let search = (&mut slot.search, &mut NoCount);
                 let ended = visit_block(isa, scene, slot.child, &slot.ray, search);
                 let next = slot.after_leaf(isa, ended);
                 waiting.join(slot.go_to(isa, scene, next), place);
             }
-            for place in waiting.take(Stage::Other) {
+            for place in waiting.take_rare() {
                 let Some(slot) = &mut slots[place] else { continue };
-                let search = (&mut slot.search, &mut NoCount);
-                let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
-                let next = slot.after_leaf(isa, ended);
-                waiting.join(slot.go_to(isa, scene, next), place);
-            }
-            for place in waiting.take(Stage::Done) {
-                let Some(slot) = &mut slots[place] else { continue };
+                if Child::stage(slot.child) == Stage::Other {
+                    let search = (&mut slot.search, &mut NoCount);
+                    let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
+                    let next = slot.after_leaf(isa, ended);
+                    waiting.join(slot.go_to(isa, scene, next), place);
+                    continue;
+                }
                 query.finish(slot.place, &slot.search, slot.ended);
                 if let Some((ray_place, ray)) = next_usable(&mut pending) {
                     isa.prefetch(rays.as_ptr().wrapping_add(ray_place + SLOTS).cast());

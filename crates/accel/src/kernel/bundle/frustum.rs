@@ -2,7 +2,7 @@
 
 use super::super::beam::{Beam, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
 use super::super::isa::{Interval, Isa, Lanes, Octant};
-use super::super::node::{EXIT_WIDENING, Node, Planes};
+use super::super::node::{EXIT_WIDENING, Node, PlaneRows};
 use super::super::{BUNDLE_RAYS, WIDTH};
 use super::{BundleShear, RayBundle, range};
 
@@ -15,8 +15,7 @@ pub(crate) struct Frustum {
     /// What gives the highest parameter at a plane where rays leave.
     exit_origin: [f32; 3],
     widened: [[f32; 3]; 2],
-    enter: [Planes; 3],
-    exit: [Planes; 3],
+    rows: PlaneRows,
     pub(crate) octant: Octant,
     t_min: f32,
 }
@@ -36,14 +35,14 @@ impl Frustum {
 
     #[inline(always)]
     fn lowest<I: Isa>(&self, isa: I, node: Node<'_>, axis: usize) -> I::F32 {
-        let offset = isa.load(node.planes(self.enter[axis])) - isa.splat(self.enter_origin[axis]);
+        let offset = isa.load(node.planes(self.rows.enter[axis])) - isa.splat(self.enter_origin[axis]);
         let [low, high] = &self.reciprocal;
         (offset * isa.splat(low[axis])).min(offset * isa.splat(high[axis]))
     }
 
     #[inline(always)]
     fn highest<I: Isa>(&self, isa: I, node: Node<'_>, axis: usize) -> I::F32 {
-        let offset = isa.load(node.planes(self.exit[axis])) - isa.splat(self.exit_origin[axis]);
+        let offset = isa.load(node.planes(self.rows.exit[axis])) - isa.splat(self.exit_origin[axis]);
         let [low, high] = &self.widened;
         (offset * isa.splat(low[axis])).max(offset * isa.splat(high[axis]))
     }
@@ -52,9 +51,9 @@ impl Frustum {
     #[inline(always)]
     pub(crate) fn child_planes(&self, node: Node<'_>, lane: usize) -> [[f32; 3]; 2] {
         let lane = lane % WIDTH;
-        let [x, y, z] = self.enter;
+        let [x, y, z] = self.rows.enter;
         let enter = [node.planes(x).0[lane], node.planes(y).0[lane], node.planes(z).0[lane]];
-        let [x, y, z] = self.exit;
+        let [x, y, z] = self.rows.exit;
         [enter, [node.planes(x).0[lane], node.planes(y).0[lane], node.planes(z).0[lane]]]
     }
 }
@@ -76,9 +75,16 @@ impl RayBundle {
                 [reciprocal[0][axis] * EXIT_WIDENING, reciprocal[1][axis] * EXIT_WIDENING];
         }
         let [t_min, _] = range(isa, &self.t_min);
-        let (enter, exit) = Planes::of(octant);
         let [enter_origin, exit_origin] = frustum_origin;
-        Frustum { enter_origin, reciprocal, exit_origin, widened, enter, exit, octant, t_min }
+        Frustum {
+            enter_origin,
+            reciprocal,
+            exit_origin,
+            widened,
+            rows: *PlaneRows::of(octant),
+            octant,
+            t_min,
+        }
     }
 
     /// The slopes of rays that start at one point; `None` for others, and without a common axis.
