@@ -221,7 +221,7 @@ impl Bench<'_> {
                 Contender::Sahl(tree, query) => {
                     let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
                     on_threads(pool, rays, hits, |rays, hits| {
-                        (NEAREST[query].run)(self.tree(tree), rays, hits)
+                        (NEAREST[query].run)(self.tree(tree), rays, hits);
                     })
                 }
                 Contender::Single(rival) | Contender::Packets(rival, _) => {
