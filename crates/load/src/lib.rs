@@ -22,6 +22,7 @@ mod normals;
 mod obj;
 mod pbrt;
 mod ply;
+mod ptex;
 mod subdivision;
 mod tensor;
 mod words;

@@ -70,7 +70,8 @@ impl SceneData {
     fn is_there(&self, ray: &Ray, hit: &Hit) -> bool {
         let Some(alpha) = &self.attributes[hit.geometry as usize].alpha else { return true };
         let at = self.interaction(ray, hit);
-        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
+        let point =
+            TexturePoint { uv: at.uv, p: at.p, n: at.ng, face: self.face(&at), ..TexturePoint::default() };
         chance(ray, hit) < self.textures.float(alpha, &point)
     }
 }

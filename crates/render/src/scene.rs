@@ -165,7 +165,7 @@ impl SceneData {
     fn emboss(&self, relief: &Relief, at: &mut Interaction, ray: &Ray, hit: &Hit) {
         // Bumps compare heights half a pixel apart.
         let footprint = self.footprint(at);
-        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, footprint };
+        let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, face: self.face(at), footprint };
         let mut wavelengths = Wavelengths::default();
         let query =
             Query { textures: &self.textures, at: &point, wavelengths: &mut wavelengths, regularize: false };
@@ -179,7 +179,16 @@ impl SceneData {
     pub(crate) fn texture_point(&self, at: &Interaction) -> TexturePoint {
         let needed = self.textures.need_footprint();
         let footprint = if needed { self.footprint(at) } else { Footprint::default() };
-        TexturePoint { uv: at.uv, p: at.p, n: at.ng, footprint }
+        TexturePoint { uv: at.uv, p: at.p, n: at.ng, face: self.face(at), footprint }
+    }
+
+    /// The number of the face for textures that ask for it.
+    #[inline]
+    pub(crate) fn face(&self, at: &Interaction) -> u32 {
+        if !self.textures.need_face() {
+            return 0;
+        }
+        self.attributes[at.place.geometry as usize].face(at.place.primitive)
     }
 
     /// What the part of a pixel that one sample stands for covers of the surface.

@@ -10,6 +10,7 @@
 mod arena;
 mod camera;
 mod diagnostic;
+mod face_images;
 mod film;
 mod integrator;
 mod light;
@@ -34,6 +35,7 @@ use serde::{Deserialize, Serialize};
 pub use arena::{Arena, Handle, Origin};
 pub use camera::{Aperture, Camera, LensElement, LensSystem, Projection, SphereLayout};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
+pub use face_images::{Face, FaceImages, FaceTexels, Neighbor};
 pub use film::{Film, Filter, Sampler, SamplerKind};
 pub use integrator::{Integrator, LightSampler, PathTracer};
 pub use light::{AreaLight, Light, Radiance};
@@ -52,8 +54,8 @@ pub use shape::{CurveKind, Curves, Geometry, Mesh, PatchMesh, Shape, TriangleMes
 pub use source::{FileId, Location, SourceFile, Sources, Span};
 pub use spectrum::{ColorMode, Spectrum};
 pub use texture::{
-    FloatParam, ImageTexture, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping,
-    Wrap,
+    FaceTexture, FloatParam, ImageTexture, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping,
+    UvMapping, Wrap,
 };
 
 /// Everything that is needed to render an image, and nothing that is computed from it.

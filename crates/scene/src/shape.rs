@@ -115,6 +115,8 @@ pub struct Mesh<const N: usize> {
     pub tangents: Option<Arc<[Vec3]>>,
     /// Texture coordinates of each vertex.
     pub uvs: Option<Arc<[Vec2]>>,
+    /// The number of each face among those that a [`FaceTexture`](crate::FaceTexture) has images for; zero for all if there is none.
+    pub face_indices: Option<Arc<[u32]>>,
 }
 
 /// Triangles that share vertices.
@@ -132,6 +134,7 @@ impl<const N: usize> Default for Mesh<N> {
             normals: None,
             tangents: None,
             uvs: None,
+            face_indices: None,
         }
     }
 }

@@ -1,15 +1,14 @@
 //! Textures, and parameters that may be one.
 //!
-//! The set is pbrt-v4's, but for `ptex`. A texture has no kind of its own: any of them can stand where a number or a
-//! spectrum is asked for.
+//! The set is pbrt-v4's. A texture has no kind of its own: any of them can stand where a number or a spectrum is asked for.
 
 use std::sync::Arc;
 
-use sahl_image::Image;
+use sahl_image::{Encoding, Image};
 use sahl_math::{Transform, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Handle, Spectrum};
+use crate::{FaceImages, Handle, Spectrum};
 
 /// A number, or a texture of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,6 +132,8 @@ pub enum Texture {
     },
     /// An image file.
     Image(ImageTexture),
+    /// An image for each face of a mesh.
+    Faces(FaceTexture),
 }
 
 impl Texture {
@@ -141,6 +142,7 @@ impl Texture {
         let parts = match self {
             Self::Constant(_)
             | Self::Image(_)
+            | Self::Faces(_)
             | Self::Fbm(_)
             | Self::Wrinkled(_)
             | Self::Windy { .. }
@@ -195,6 +197,20 @@ pub struct ImageTexture {
 impl ImageTexture {
     /// The largest ratio of axes that [`TextureFilter::Ewa`] may have, which bounds the pixels that a look-up reads.
     pub const MOST_ANISOTROPY: f32 = 64.0;
+}
+
+/// Images of the faces of a mesh, found by the number that a face has in it ([`Mesh::face_indices`](crate::Mesh::face_indices)) and the
+/// coordinates of the surface.
+///
+/// What displaces a surface, and what it emits, is looked up in face zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaceTexture {
+    /// The images.
+    pub images: Arc<FaceImages>,
+    /// What their values mean. They are decoded after filtering.
+    pub encoding: Encoding,
+    /// Factor on the decoded values.
+    pub scale: f32,
 }
 
 /// From a point of a surface to the point (s, t) of texture space.

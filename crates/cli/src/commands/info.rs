@@ -96,6 +96,7 @@ fn textures(scene: &SceneDesc) -> Tally {
         Texture::Windy { .. } => "windy",
         Texture::Marble { .. } => "marble",
         Texture::Image(_) => "image",
+        Texture::Faces(_) => "faces",
     }))
 }
 

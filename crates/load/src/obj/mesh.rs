@@ -100,6 +100,7 @@ impl<'a> MeshBuilder<'a> {
             normals,
             tangents: None,
             uvs,
+            face_indices: None,
         };
         Built { mesh, degenerate: mesh_degenerate, repaired }
     }

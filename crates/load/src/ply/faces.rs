@@ -10,6 +10,9 @@ pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Corners at (u, v) = (0,0), (1,0), (0,1), (1,1).
     pub(super) quads: Vec<[u32; 4]>,
+    /// The property `face_indices` of each triangle and of each quadrilateral, if the file has it.
+    pub(super) triangle_numbers: Option<Vec<u32>>,
+    pub(super) quad_numbers: Option<Vec<u32>>,
     /// Faces without area.
     degenerate: usize,
     /// Faces with more than four vertices.
@@ -43,17 +46,24 @@ impl Faces {
                 in_range
             });
         }
-        let mut face = Vec::new();
+        let numbers = find_numbers(element)?;
+        if numbers.is_some() {
+            (faces.triangle_numbers, faces.quad_numbers) = (Some(Vec::new()), Some(Vec::new()));
+        }
+        let (mut face, mut number) = (Vec::new(), 0);
         for row in row..element.count {
             for (column, property) in element.properties.iter().enumerate() {
-                let result = if column == list.column {
-                    read_face(&list, vertices, values, &mut face)
-                } else {
-                    values.skip(property.kind)
+                let result = match numbers {
+                    _ if column == list.column => read_face(&list, vertices, values, &mut face),
+                    Some((own, scalar)) if own == column => {
+                        read_number(scalar, values).map(|read| number = read)
+                    }
+                    _ => values.skip(property.kind),
                 };
                 result.map_err(|error| element.in_row(row, error))?;
             }
             faces.push(&face);
+            faces.number(number);
         }
         Ok(faces)
     }
@@ -79,6 +89,14 @@ impl Faces {
                 }
             }
             _ => self.degenerate += 1,
+        }
+    }
+
+    /// Gives the faces since the last call a number, if the file has them.
+    fn number(&mut self, number: u32) {
+        if let (Some(triangles), Some(quads)) = (&mut self.triangle_numbers, &mut self.quad_numbers) {
+            triangles.resize(self.triangles.len(), number);
+            quads.resize(self.quads.len(), number);
         }
     }
 
@@ -121,6 +139,22 @@ fn find_list(element: &Element) -> Result<Indices, PlyError> {
         }
         _ => Err(PlyError::at(property.offset, format!("`{}` must be a list of integers", property.name))),
     }
+}
+
+/// The column of `face_indices` and its type, if there is one.
+fn find_numbers(element: &Element) -> Result<Option<(usize, Scalar)>, PlyError> {
+    let Some(column) = element.position("face_indices") else { return Ok(None) };
+    let property = &element.properties[column];
+    match property.kind {
+        Kind::Scalar(scalar) if !matches!(scalar, Scalar::F32 | Scalar::F64) => Ok(Some((column, scalar))),
+        _ => Err(PlyError::at(property.offset, "`face_indices` must be an integer")),
+    }
+}
+
+fn read_number(scalar: Scalar, values: &mut impl Values) -> Result<u32, PlyError> {
+    let offset = values.offset();
+    let number = values.integer(scalar)?;
+    u32::try_from(number).map_err(|_| PlyError::at(offset, format!("face index {number} is out of range")))
 }
 
 fn read_face(

@@ -2,7 +2,8 @@
 //! of either byte order.
 //!
 //! What is read: the vertex properties `x y z`, `nx ny nz` and one pair of `u v`, `s t`, `texture_u texture_v` or
-//! `texture_s texture_t`, of any type and in any order; the face property `vertex_indices` or `vertex_index`. Triangles
+//! `texture_s texture_t`, of any type and in any order; the face properties `vertex_indices` or `vertex_index`, and `face_indices`,
+//! the number of the face among those that a texture has images for. Triangles
 //! stay triangles, quadrilaterals become bilinear patches as in pbrt-v4, larger polygons become fans of triangles.
 //! Every other property and element, colours among them, is skipped.
 //!
@@ -199,6 +200,7 @@ fn assemble(vertices: Vertices, faces: Faces, warnings: Vec<String>) -> PlyMesh 
         normals: normals.clone(),
         tangents: None,
         uvs: uvs.clone(),
+        face_indices: faces.triangle_numbers.map(Into::into),
     });
     let patches = (!faces.quads.is_empty()).then(|| PatchMesh {
         indices: faces.quads.into(),
@@ -206,6 +208,7 @@ fn assemble(vertices: Vertices, faces: Faces, warnings: Vec<String>) -> PlyMesh 
         normals,
         tangents: None,
         uvs,
+        face_indices: faces.quad_numbers.map(Into::into),
     });
     PlyMesh { triangles, patches, warnings }
 }

@@ -85,6 +85,25 @@ fn both_kinds_of_faces_share_vertices() {
 }
 
 #[test]
+fn faces_keep_the_numbers_that_the_file_gives_them() {
+    let header = plain(5, 4) + "property int face_indices\n";
+    let vertices = "0 0 0 1 0 0 1 1 0 0 1 0 2 2 2\n";
+    // A quadrilateral, a triangle, a face without area, and a polygon that becomes three triangles.
+    let mesh =
+        read(&ascii(&header, &format!("{vertices}4 0 1 2 3 7\n3 0 1 2 5\n3 0 0 1 6\n5 0 1 2 3 4 9\n")))
+            .unwrap();
+    assert_eq!(mesh.patches.unwrap().face_indices.as_deref(), Some(&[7][..]));
+    assert_eq!(mesh.triangles.unwrap().face_indices.as_deref(), Some(&[5, 9, 9, 9][..]));
+    let negative = ascii(&header, &format!("{vertices}4 0 1 2 3 -7\n3 0 1 2 5\n3 0 0 1 6\n3 0 1 2 9\n"));
+    assert!(error(&negative).contains("face index -7 is out of range"), "{}", error(&negative));
+    let list = header.replace("int face_indices", "float face_indices");
+    assert!(
+        error(&ascii(&list, &format!("{vertices}4 0 1 2 3 7\n")))
+            .contains("`face_indices` must be an integer")
+    );
+}
+
+#[test]
 fn larger_polygons_become_fans() {
     let body = "0 0 0 1 0 0 2 1 0 1 2 0 0 1 0\n5 0 1 2 3 4\n";
     let mesh = read(&ascii(&plain(5, 1), body)).unwrap();

@@ -1,9 +1,15 @@
 //! Textures: what each of pbrt-v4's becomes.
 
-use sahl_load::{MemoryAssets, load_pbrt};
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use sahl_image::Encoding;
+use sahl_load::{Loaded, MemoryAssets, load_pbrt};
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    FloatParam, SolidNoise, Spectrum, SpectrumParam, Texture, TextureFilter, TextureMapping, UvMapping, Wrap,
+    FaceTexels, FaceTexture, FloatParam, SolidNoise, Spectrum, SpectrumParam, Texture, TextureFilter,
+    TextureMapping, UvMapping, Wrap,
 };
 
 /// The textures of a world that gives no message; `t` stands for a one-pixel image.
@@ -150,4 +156,115 @@ fn mistakes_are_told() {
     assert!(errors("\"float\" \"dots\" \"string mapping\" \"sperical\"").contains("unknown value"));
     assert!(errors("\"spectrum\" \"fbm\"").contains("`float` values only"));
     assert!(errors("\"float\" \"dots\" \"vector3 v1\" [ 0 0 1 0 ]").contains('3'), "a multiple of three");
+}
+
+/// A Ptex file of faces of one colour each, 255 of red in the first.
+fn ptex_file(faces: u32) -> Vec<u8> {
+    let zip = |bytes: &[u8]| {
+        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(bytes).expect("memory can be written");
+        encoder.finish().expect("memory can be written")
+    };
+    // Four by two pixels, constant, without neighbours.
+    let info = [&[2, 1, 0, 1][..], &[255; 16]].concat().repeat(faces as usize);
+    let colors: Vec<u8> = (0..faces as u8).flat_map(|face| [255 - face, 2 * face, 7]).collect();
+    let (info, colors, sizes) = (zip(&info), zip(&colors), zip(&vec![0; 4 * faces as usize]));
+    let header = [1, 1, 0, u32::MAX, 3 | 1 << 16, faces, 0, info.len() as u32, colors.len() as u32, 16, 4];
+    let mut file = b"Ptex".to_vec();
+    file.extend(header.map(u32::to_le_bytes).concat());
+    file.extend((sizes.len() as u64).to_le_bytes());
+    file.extend([0; 8]);
+    file.extend([info, colors, (sizes.len() as u64).to_le_bytes().to_vec()].concat());
+    file.extend([sizes.len() as u32, faces].map(u32::to_le_bytes).concat());
+    file.extend(sizes);
+    file
+}
+
+/// The world `text`, in which `t.ptx` has two faces and `q.ply` one quadrilateral that is face 5.
+fn with_faces(text: &str) -> Loaded {
+    let mut assets = MemoryAssets::default();
+    assets.insert("t.ptx", ptex_file(2));
+    assets.insert("cut.ptx", ptex_file(2)[..100].to_vec());
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nproperty int face_indices\nend_header\n\
+               0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 5\n";
+    assets.insert("q.ply", ply.as_bytes());
+    load_pbrt("test.pbrt", format!("WorldBegin {text}").into_bytes(), &assets)
+}
+
+#[test]
+fn images_of_faces_arrive() {
+    let texture = |parameters: &str| {
+        let loaded = with_faces(&format!(
+            "Texture \"t\" \"float\" \"ptex\" \"string filename\" \"t.ptx\" {parameters}"
+        ));
+        assert!(loaded.diagnostics.is_empty(), "{:?}", loaded.diagnostics);
+        assert!(!loaded.scene.validate().has_errors());
+        match loaded.scene.textures.values() {
+            [Texture::Faces(texture)] => texture.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let FaceTexture { images, encoding, scale } = texture("");
+    assert_eq!((encoding, scale), (Encoding::Gamma(2.2), 1.0));
+    assert_eq!(images.texels, FaceTexels::U8([255, 0, 7, 254, 2, 7].into()));
+    assert!(images.faces.iter().all(|face| face.is_constant && face.size_log2 == [2, 1]));
+    let linear = texture("\"float scale\" 3 \"string encoding\" \"linear\"");
+    assert_eq!((linear.encoding, linear.scale), (Encoding::Linear, 3.0));
+    assert_eq!(texture("\"string encoding\" \"sRGB\"").encoding, Encoding::Srgb);
+    // A file is read once.
+    let name = "\"ptex\" \"string filename\" \"t.ptx\"";
+    let loaded = with_faces(&format!("Texture \"a\" \"float\" {name} Texture \"b\" \"spectrum\" {name}"));
+    let [Texture::Faces(a), Texture::Faces(b)] = loaded.scene.textures.values() else {
+        panic!("two textures of faces")
+    };
+    assert!(std::sync::Arc::ptr_eq(&a.images, &b.images));
+}
+
+#[test]
+fn images_of_faces_that_cannot_be_read_are_told() {
+    let error = |definition: &str| {
+        let loaded = with_faces(&format!("Texture \"t\" {definition}"));
+        assert!(loaded.diagnostics.has_errors());
+        loaded.diagnostics.iter().map(|entry| entry.message.clone()).collect::<Vec<_>>().join("; ")
+    };
+    let cut = error("\"spectrum\" \"ptex\" \"string filename\" \"cut.ptx\"");
+    assert_eq!(cut, "can't read the images of faces `cut.ptx`: it ends too early, or leads outside itself");
+    assert!(error("\"spectrum\" \"ptex\" \"string filename\" \"none.ptx\"").contains("none.ptx"));
+    assert_eq!(error("\"float\" \"ptex\""), "texture `ptex` needs a `string filename`");
+}
+
+#[test]
+fn faces_of_meshes_keep_their_numbers() {
+    let shape = |text: &str| {
+        let loaded = with_faces(text);
+        let messages: Vec<_> = loaded.diagnostics.iter().map(|entry| entry.message.clone()).collect();
+        let scene = loaded.scene;
+        let of_patches =
+            scene.patch_meshes.values().iter().map(|mesh| mesh.face_indices.as_deref().map(<[u32]>::to_vec));
+        let of_triangles = scene
+            .triangle_meshes
+            .values()
+            .iter()
+            .map(|mesh| mesh.face_indices.as_deref().map(<[u32]>::to_vec));
+        (of_patches.chain(of_triangles).next_back().flatten(), messages.join("; "))
+    };
+    let corners = "\"point3 P\" [ 0 0 0 1 0 0 0 1 0 1 1 0 ]";
+    let patch = format!("Shape \"bilinearmesh\" {corners} \"integer indices\" [ 0 1 2 3 ]");
+    assert_eq!(shape(&format!("{patch} \"integer faceIndices\" 4")), (Some(vec![4]), String::new()));
+    assert_eq!(shape(&patch), (None, String::new()));
+    let triangles = format!(
+        "Shape \"trianglemesh\" {corners} \"integer indices\" [ 0 1 2 1 2 3 ] \"integer faceIndices\""
+    );
+    assert_eq!(shape(&format!("{triangles} [ 3 1 ]")), (Some(vec![3, 1]), String::new()));
+    assert_eq!(
+        shape(&format!("{triangles} 3")).1,
+        "shape `trianglemesh` has 2 faces, but 1 values of `faceIndices`"
+    );
+    assert_eq!(shape(&format!("{triangles} [ 3 -1 ]")).1, "face index -1 is negative");
+    let ply = "Shape \"plymesh\" \"string filename\" \"q.ply\"";
+    assert_eq!(shape(ply), (Some(vec![5]), String::new()));
+    // Both halves of a quadrilateral that is displaced.
+    let displaced = format!("Texture \"h\" \"float\" \"constant\" {ply} \"texture displacement\" \"h\"");
+    assert_eq!(shape(&displaced), (Some(vec![5, 5]), String::new()));
 }

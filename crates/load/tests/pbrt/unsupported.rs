@@ -3,7 +3,7 @@
 use sahl_load::{MemoryAssets, load_pbrt};
 use sahl_scene::{
     Diagnostics, Film, Filter, Integrator, Light, LightSampler, Material, PathTracer, SceneDesc, Spectrum,
-    SpectrumParam, Texture,
+    SpectrumParam,
 };
 
 fn read(text: &str) -> (SceneDesc, Diagnostics) {
@@ -67,15 +67,6 @@ fn samplers_filters_films_and_cameras() {
     warned("Accelerator \"kdtree\" WorldBegin", "`bvh`");
     silent("Accelerator \"bvh\" \"string splitmethod\" \"sah\" WorldBegin");
     assert_eq!(silent("WorldBegin").film, Film::default());
-}
-
-#[test]
-fn textures() {
-    let scene = warned(
-        "WorldBegin Texture \"t\" \"spectrum\" \"ptex\" \"string filename\" \"t.ptx\"",
-        "the constant",
-    );
-    assert!(matches!(scene.textures.values(), [Texture::Constant(_)]));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //! Deviation: textures are evaluated at points of the space into which the shape is placed, not of its own.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use sahl_math::{Transform, Vec2, Vec3};
@@ -36,7 +37,7 @@ pub(super) fn displaced(
     let positions = mesh.positions.to_vec();
     let placed = positions.iter().map(|&p| to_parent.point(p)).collect();
     let mut cut = Cut { to_parent, positions, placed, normals, uvs: uvs.to_vec(), middles: HashMap::new() };
-    let indices = cut.refine(&mesh.indices, edge_length)?;
+    let (indices, ends) = cut.refine(&mesh.indices, edge_length)?;
     let Cut { mut positions, placed, normals, uvs, .. } = cut;
     positions.par_iter_mut().enumerate().for_each(|(i, p)| {
         let n = to_parent.normal(normals[i]).try_normalize().unwrap_or(Vec3::Z);
@@ -50,7 +51,17 @@ pub(super) fn displaced(
         normals: Some(normals.into()),
         tangents: None,
         uvs: Some(uvs.into()),
+        face_indices: mesh.face_indices.as_ref().map(|numbers| repeated(numbers, &ends)),
     })
+}
+
+/// The number of each part of faces that were cut, given those of the faces and where the parts of each end.
+fn repeated(numbers: &[u32], ends: &[usize]) -> Arc<[u32]> {
+    let mut repeated = Vec::with_capacity(ends.last().copied().unwrap_or(0));
+    for (&number, &end) in numbers.iter().zip(ends) {
+        repeated.resize(end, number);
+    }
+    repeated.into()
 }
 
 /// The normalised sum of the unit normals of the faces about each vertex; zero where there are none, or they cancel.
@@ -80,12 +91,13 @@ struct Cut<'a> {
 }
 
 impl Cut<'_> {
-    /// The triangles that `indices` are cut into.
-    fn refine(&mut self, indices: &[[u32; 3]], edge_length: f32) -> Option<Vec<[u32; 3]>> {
+    /// The triangles that `indices` are cut into, in their order, and where those of each end.
+    fn refine(&mut self, indices: &[[u32; 3]], edge_length: f32) -> Option<(Vec<[u32; 3]>, Vec<usize>)> {
         if self.least_count(indices, edge_length) > MOST_TRIANGLES as f64 {
             return None;
         }
         let mut done = Vec::with_capacity(indices.len());
+        let mut ends = Vec::with_capacity(indices.len());
         let mut open: Vec<[u32; 3]> = Vec::new();
         for &triangle in indices {
             open.push(triangle);
@@ -110,8 +122,9 @@ impl Cut<'_> {
                 let middle = self.middle(from, to)?;
                 open.extend([[middle, to, apex], [from, middle, apex]]);
             }
+            ends.push(done.len());
         }
-        Some(done)
+        Some((done, ends))
     }
 
     /// How many triangles it takes at least: none is larger than an equilateral one with edges of the limit's length.

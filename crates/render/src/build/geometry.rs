@@ -128,6 +128,7 @@ impl<'a> GeometryBuilder<'a> {
             normals: None,
             tangents: None,
             uvs: None,
+            face_indices: None,
             lights: None,
             border: Border::new(shape, self.is_open(handle)),
         };
@@ -223,6 +224,7 @@ impl<'a> GeometryBuilder<'a> {
         attributes.tangents =
             mesh.tangents.as_ref().map(|all| all.iter().map(|&tangent| to_parent.vector(tangent)).collect());
         attributes.uvs = mesh.uvs.clone();
+        attributes.face_indices = mesh.face_indices.clone();
         let (indices, positions) = (mesh.indices.clone(), baked_positions(&mesh.positions, to_parent));
         self.count_bytes(&[size_of_val(&*indices), size_of_val(&*positions)], attributes);
         (indices, positions)
@@ -251,7 +253,8 @@ impl<'a> GeometryBuilder<'a> {
         let vectors = [&attributes.normals, &attributes.tangents].into_iter().flatten();
         let vectors: usize = vectors.map(|vectors| size_of_val(&**vectors)).sum();
         let uvs = attributes.uvs.as_ref().map_or(0, |uvs| size_of_val(&**uvs));
-        self.counts.data_bytes += (sizes.iter().sum::<usize>() + vectors + uvs) as u64;
+        let faces = attributes.face_indices.as_ref().map_or(0, |faces| size_of_val(&**faces));
+        self.counts.data_bytes += (sizes.iter().sum::<usize>() + vectors + uvs + faces) as u64;
     }
 
     /// The primitives of a shape of the world as emitters, in order.

@@ -42,6 +42,7 @@ fn triangle(scene: &mut SceneDesc, normals: Option<[Vec3; 3]>) -> Geometry {
         normals: normals.map(Into::into),
         tangents: None,
         uvs: None,
+        face_indices: None,
     };
     Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()))
 }
@@ -53,6 +54,7 @@ fn patch(scene: &mut SceneDesc, corners: [[f32; 3]; 4]) -> Geometry {
         normals: None,
         tangents: None,
         uvs: None,
+        face_indices: None,
     };
     Geometry::Patches(scene.patch_meshes.push(mesh, Origin::default()))
 }

@@ -28,6 +28,8 @@ pub(crate) struct Attributes {
     pub(crate) tangents: Option<Arc<[Vec3]>>,
     /// Texture coordinates of a mesh's vertices.
     pub(crate) uvs: Option<Arc<[Vec2]>>,
+    /// The number of each primitive of a mesh among the faces of face textures.
+    pub(crate) face_indices: Option<Arc<[u32]>>,
     /// The light that each primitive is, if the geometry emits.
     pub(crate) lights: Option<Box<[u32]>>,
     /// The media that the surface parts.
@@ -103,6 +105,12 @@ impl Attributes {
             light: self.light(hit),
             is_leaky: false,
         }
+    }
+
+    /// The number of a primitive among the faces of face textures; as in pbrt-v4, zero where nothing says it.
+    pub(crate) fn face(&self, primitive: u32) -> u32 {
+        let numbers = self.face_indices.as_ref();
+        numbers.and_then(|numbers| numbers.get(primitive as usize)).copied().unwrap_or(0)
     }
 
     #[inline]

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use sahl_image::{Image, Pixels};
 use sahl_math::Vec3;
 use sahl_scene::{
-    Diagnostic, Diagnostics, FloatParam, Handle, ImageTexture, SceneDesc, Span, SpectrumParam, Texture,
-    TextureFilter,
+    Diagnostic, Diagnostics, FaceImages, FaceTexture, FloatParam, Handle, ImageTexture, SceneDesc, Span,
+    SpectrumParam, Texture, TextureFilter,
 };
 
+use super::faces::{FaceNode, Pyramid};
 use super::image::{self, ImageNode};
 use super::mapping::Mapping;
 use super::solid::SolidNode;
@@ -55,6 +56,8 @@ struct Compiler<'a> {
     states: Vec<State>,
     /// The sizes of images that filters ask for, by the image's index.
     pyramids: BTreeMap<usize, Box<[Arc<Image>]>>,
+    /// The smaller sizes of images of faces.
+    face_pyramids: Vec<(Arc<FaceImages>, Arc<Pyramid>)>,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -65,8 +68,14 @@ impl Textures {
     /// black.
     pub fn new(scene: &SceneDesc, diagnostics: &mut Diagnostics) -> Self {
         let states = vec![State::Untouched; scene.textures.len()];
-        let mut compiler =
-            Compiler { scene, textures: Self::default(), states, pyramids: BTreeMap::new(), diagnostics };
+        let mut compiler = Compiler {
+            scene,
+            textures: Self::default(),
+            states,
+            pyramids: BTreeMap::new(),
+            face_pyramids: Vec::new(),
+            diagnostics,
+        };
         for (handle, _) in scene.textures.iter() {
             compiler.compile(handle);
         }
@@ -235,6 +244,7 @@ impl Compiler<'_> {
                 self.solid(SolidNode::marble(noise, *scale, *variation))
             }
             Texture::Image(texture) => Node::Image(self.image(texture)?),
+            Texture::Faces(texture) => Node::Faces(self.faces(texture)?),
         })
     }
 
@@ -242,6 +252,20 @@ impl Compiler<'_> {
     fn solid(&mut self, node: SolidNode) -> Node {
         self.textures.needs_footprint = true;
         Node::Solid(Box::new(node))
+    }
+
+    /// Textures of the same images share their smaller sizes.
+    fn faces(&mut self, texture: &FaceTexture) -> Option<FaceNode> {
+        self.textures.needs_footprint = true;
+        self.textures.needs_face = true;
+        let known = self.face_pyramids.iter().find(|(images, _)| Arc::ptr_eq(images, &texture.images));
+        if let Some((_, pyramid)) = known {
+            return Some(FaceNode::new(texture, Arc::clone(pyramid)));
+        }
+        let pyramid = Arc::new(Pyramid::new(&texture.images)?);
+        self.textures.pyramid_bytes += pyramid.bytes() + texture.images.texels.bytes() as u64;
+        self.face_pyramids.push((Arc::clone(&texture.images), Arc::clone(&pyramid)));
+        Some(FaceNode::new(texture, pyramid))
     }
 
     fn image(&mut self, texture: &ImageTexture) -> Option<ImageNode> {

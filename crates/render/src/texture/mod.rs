@@ -6,7 +6,7 @@
 //! the stack or stall a pixel: cycles, and textures that would evaluate too many others, are errors.
 //!
 //! A texture is evaluated at a [`TexturePoint`], which knows how much of the surface a pixel of the picture covers. Only
-//! noise, checkerboards and the filters `trilinear` and `EWA` ask for that; all others leave smoothing to the samples of the pixel.
+//! noise, checkerboards, images of faces and the filters `trilinear` and `EWA` ask for that; all others leave smoothing to the samples of the pixel.
 //!
 //! Deliberately absent: differentials carried along paths. The camera estimates the footprint at any point, as pbrt-v4
 //! does.
@@ -15,6 +15,7 @@
 
 mod checks;
 mod compile;
+mod faces;
 mod filter;
 mod image;
 mod mapping;
@@ -27,6 +28,7 @@ use std::ops::{Add, Mul};
 use sahl_math::{Transform, Vec2, Vec3};
 
 use crate::spectrum::{ColorLookup, ColorRole, SpectralCurve, Spectrum, Wavelengths};
+use faces::{FaceNode, FaceValue};
 use image::ImageNode;
 use mapping::Mapping;
 use solid::{SolidNode, SolidValue};
@@ -40,6 +42,8 @@ pub struct TexturePoint {
     pub p: Vec3,
     /// Unit geometric normal in the world, either side.
     pub n: Vec3,
+    /// The number of the face among those that face textures have images for; zero where it is not known or nobody asks.
+    pub face: u32,
     /// What a pixel of the picture covers there; zero where it is not known or nobody asks.
     pub footprint: Footprint,
 }
@@ -87,7 +91,9 @@ pub struct Textures {
     resolved: Vec<TextureId>,
     /// Whether a node asks for the footprint.
     needs_footprint: bool,
-    /// Bytes of the smaller sizes of images.
+    /// Whether a node asks for the number of the face.
+    needs_face: bool,
+    /// Bytes of the smaller sizes of images, and of images of faces.
     pyramid_bytes: u64,
 }
 
@@ -104,6 +110,7 @@ enum Node {
     Dots { mapping: Mapping, inside: TextureId, outside: TextureId },
     Solid(Box<SolidNode>),
     Image(ImageNode),
+    Faces(FaceNode),
 }
 
 /// A constant as each kind of parameter sees it.
@@ -130,7 +137,7 @@ trait Kind {
     type Value: Copy + Add<Output = Self::Value> + Mul<f32, Output = Self::Value>;
 
     fn number(&self, value: f32) -> Self::Value;
-    /// `rgb` is a reflectance in linear sRGB.
+    /// `rgb` is a colour in linear sRGB.
     fn color(&self, rgb: [f32; 3]) -> Self::Value;
     fn constant(&self, constant: &ConstantNode) -> Self::Value;
     fn image(&self, image: &ImageNode, at: &TexturePoint) -> Self::Value;
@@ -223,7 +230,13 @@ impl Textures {
         self.needs_footprint
     }
 
-    /// Bytes that images take beside their own pixels: their smaller sizes.
+    /// Whether any texture asks for the number of the face.
+    #[inline]
+    pub fn need_face(&self) -> bool {
+        self.needs_face
+    }
+
+    /// Bytes that images take beside their own pixels, for smaller sizes, and images of faces in all.
     pub fn pyramid_bytes(&self) -> u64 {
         self.pyramid_bytes
     }
@@ -267,6 +280,10 @@ impl Textures {
                 SolidValue::Color(rgb) => kind.color(rgb),
             },
             Node::Image(image) => kind.image(image, at),
+            Node::Faces(faces) => match faces.value(at) {
+                FaceValue::Number(value) => kind.number(value),
+                FaceValue::Color(rgb) => kind.color(rgb),
+            },
         }
     }
 }

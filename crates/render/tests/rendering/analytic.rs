@@ -449,6 +449,7 @@ fn normals_become_colours() {
         normals: Some([Vec3::new(0.0, 3.0, 4.0); 4].into()),
         tangents: None,
         uvs: None,
+        face_indices: None,
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
     add(&mut scene, Geometry::Triangles(mesh), material);
@@ -471,6 +472,7 @@ fn the_shading_normal_decides_the_cosine() {
         normals: Some([ns; 4].into()),
         tangents: None,
         uvs: None,
+        face_indices: None,
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
     add(&mut scene, Geometry::Triangles(mesh), material);

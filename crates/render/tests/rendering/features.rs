@@ -1,10 +1,15 @@
 //! Features of the first surface, exactly.
 
+use std::sync::Arc;
+
 use crate::common::*;
-use sahl_image::Image;
+use sahl_image::{Encoding, Image};
 use sahl_math::{Transform, Vec2, Vec3};
 use sahl_render::{Aov, RenderOptions, render};
-use sahl_scene::{Filter, Geometry, Instance, Object, Origin, SceneDesc, TriangleMesh};
+use sahl_scene::{
+    Face, FaceImages, FaceTexels, FaceTexture, Filter, Geometry, Instance, Material, Object, Origin,
+    PatchMesh, SceneDesc, SpectrumParam, Texture, TriangleMesh,
+};
 
 /// The layers of `aovs`, without the image.
 fn layers(scene: &SceneDesc, aovs: &[Aov]) -> Vec<(Option<String>, Vec<String>, Image)> {
@@ -31,6 +36,7 @@ fn half_covered() -> SceneDesc {
         positions: square(1.0, 0.0).map(Vec3::from).into(),
         normals: Some([Vec3::new(0.6, 0.0, 0.8); 4].into()),
         tangents: None,
+        face_indices: None,
         uvs: Some([[2.0, 0.0], [4.0, 0.0], [2.0, 1.0], [4.0, 1.0]].map(Vec2::from).into()),
     };
     let mesh = scene.triangle_meshes.push(mesh, Origin::default());
@@ -132,6 +138,7 @@ fn an_instance_looks_like_the_shape_it_places() {
             ),
             tangents: None,
             uvs: None,
+            face_indices: None,
         };
         let mesh = scene.triangle_meshes.push(mesh, Origin::default());
         for geometry in [Geometry::Triangles(mesh), sphere(0.3)] {
@@ -148,5 +155,65 @@ fn an_instance_looks_like_the_shape_it_places() {
     for ((name, _, a), (_, _, b)) in build(true).iter().zip(build(false)) {
         assert!(values(a).iter().any(|&value| value != 0.0));
         assert_close(values(a), values(&b), &format!("{name:?}"));
+    }
+}
+
+#[test]
+fn every_face_of_a_mesh_shows_its_own_image() {
+    let face = |first: u64| Face {
+        size_log2: [3, 1],
+        is_constant: true,
+        is_part: false,
+        first,
+        neighbors: [None; 4],
+    };
+    let texels = FaceTexels::F32([0.8, 0.2, 0.4, 0.1, 0.5, 0.9].into());
+    let images = Arc::new(FaceImages { channels: 3, faces: [face(0), face(3)].into(), texels });
+    let corners = [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
+    let positions: Arc<[Vec3]> = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).into();
+    let render = |use_patches: bool, face_indices: Option<Arc<[u32]>>, instanced: bool| {
+        let mut scene = empty(2, 4);
+        scene.filter = Filter::Box { radius: [1e-4; 2] };
+        let texture = FaceTexture { images: Arc::clone(&images), encoding: Encoding::Linear, scale: 0.5 };
+        let texture = scene.textures.push(Texture::Faces(texture), Origin::default());
+        let reflectance = SpectrumParam::Texture(texture);
+        let material = scene.materials.push(Material::Diffuse { reflectance }, Origin::default());
+        let geometry = if use_patches {
+            let indices = [[0, 1, 3, 4], [1, 2, 4, 5]].into();
+            let mesh = PatchMesh {
+                indices,
+                positions: Arc::clone(&positions),
+                face_indices,
+                ..PatchMesh::default()
+            };
+            Geometry::Patches(scene.patch_meshes.push(mesh, Origin::default()))
+        } else {
+            let indices = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]].into();
+            let face_indices = face_indices.map(|all| all.iter().flat_map(|&face| [face; 2]).collect());
+            let mesh = TriangleMesh {
+                indices,
+                positions: Arc::clone(&positions),
+                face_indices,
+                ..TriangleMesh::default()
+            };
+            Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()))
+        };
+        let shape = add(&mut scene, geometry, material);
+        if instanced {
+            let shapes = std::mem::take(&mut scene.world);
+            assert_eq!(shapes, [shape]);
+            let object = scene.objects.push(Object { shapes }, Origin::default());
+            let object_to_world = Transform::translate(0.0, 0.0, -0.5).unwrap();
+            scene.instances.push(Instance::new(object, object_to_world), Origin::default());
+        }
+        look_down(&mut scene, 5.0, 1.0);
+        values(&layers(&scene, &[Aov::Albedo])[0].2).to_vec()
+    };
+    let (first, second) = ([0.4, 0.1, 0.2], [0.05, 0.25, 0.45]);
+    for (use_patches, instanced) in [(false, false), (true, false), (true, true), (false, true)] {
+        let found = render(use_patches, Some([1, 0].into()), instanced);
+        assert_close(&found, &[second, first, second, first].concat(), "by number");
+        let found = render(use_patches, None, instanced);
+        assert_close(&found, &[first; 4].concat(), "without numbers");
     }
 }

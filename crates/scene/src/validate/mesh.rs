@@ -39,6 +39,11 @@ impl Check<'_> {
         self.attribute(&owner, "tangent", count, mesh.tangents.as_deref().map(first_bad), origin);
         let bad_uv = mesh.uvs.as_ref().map(|all| (all.len(), all.iter().position(|uv| !uv.is_finite())));
         self.attribute(&owner, "texture coordinate", count, bad_uv, origin);
+        if let Some(numbers) = mesh.face_indices.as_ref().filter(|all| all.len() != mesh.indices.len()) {
+            let message =
+                format!("{owner} has {} face indices for {} faces", numbers.len(), mesh.indices.len());
+            self.error("attribute-count", origin, message);
+        }
     }
 
     /// An attribute that each vertex must have, given by the number of its values and the first that is not finite.

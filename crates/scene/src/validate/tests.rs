@@ -146,6 +146,7 @@ fn meshes_are_checked() {
             normals: Some([Vec3::X].into()),
             tangents: None,
             uvs: Some([Vec2::ZERO, Vec2::ZERO, Vec2::splat(f32::INFINITY)].into()),
+            face_indices: None,
         };
         scene.triangle_meshes.push(mesh, named("torn"));
         let mesh = PatchMesh {

@@ -2,8 +2,8 @@
 
 use super::{Check, Range, called};
 use crate::{
-    Handle, ImageTexture, Origin, SolidNoise, SpectrumParam, Texture, TextureFilter, TextureMapping,
-    UvMapping,
+    FaceTexture, Handle, ImageTexture, Origin, SolidNoise, SpectrumParam, Texture, TextureFilter,
+    TextureMapping, UvMapping,
 };
 
 /// Textures may be nested so deep. Deeper ones are a mistake, and evaluating them could exhaust the stack.
@@ -73,6 +73,7 @@ impl Check<'_> {
                 self.number(|| format!("the variation of {owner}"), *variation, Range::Finite, origin);
             }
             Texture::Image(image) => self.image_texture(&owner, image, origin),
+            Texture::Faces(faces) => self.face_texture(&owner, faces, origin),
         }
     }
 
@@ -93,6 +94,19 @@ impl Check<'_> {
                 ImageTexture::MOST_ANISOTROPY
             );
             self.error("bad-number", origin, message);
+        }
+    }
+
+    fn face_texture(&mut self, owner: &str, texture: &FaceTexture, origin: &Origin) {
+        self.number(|| format!("the scale of {owner}"), texture.scale, Range::Finite, origin);
+        if let Some(face) = texture.images.first_bad_face() {
+            let message = format!(
+                "face {face} of {owner} has pixels that are not finite, or refers to what is not there"
+            );
+            self.error("bad-image", origin, message);
+        } else if !texture.images.is_usable() {
+            let message = format!("{owner} has no faces, or neither one channel nor three");
+            self.error("bad-image", origin, message);
         }
     }
 

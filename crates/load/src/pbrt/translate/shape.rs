@@ -90,8 +90,7 @@ struct Vertices {
 
 /// Reads `P`, `N` and `uv`; `None`, reported, without positions.
 fn vertices(p: &Reader<'_>) -> Option<Vertices> {
-    // Only textures that are stored by face look at `faceIndices`. The others are named so that they are known even if
-    // reading ends before them.
+    // They are named so that they are known even if reading ends before them.
     p.without_effect(&["faceIndices", "indices", "N", "uv"]);
     let positions = positions(p)?;
     let count = positions.len();
@@ -150,6 +149,24 @@ fn faces<const N: usize>(p: &Reader<'_>, vertices: usize) -> Option<Arc<[[u32; N
     Some(groups.iter().map(|group| group.map(i32::cast_unsigned)).collect())
 }
 
+/// The number of each of `faces` among those of textures that have an image a face.
+fn face_indices(p: &Reader<'_>, faces: usize) -> Option<Arc<[u32]>> {
+    let numbers = p.integers("faceIndices")?;
+    let span = p.find("faceIndices").map_or(p.span(), |parameter| parameter.value_span);
+    if numbers.len() != faces {
+        let message =
+            format!("{} has {faces} faces, but {} values of `faceIndices`", p.what(), numbers.len());
+        p.report().error("wrong-count", span, message);
+        return None;
+    }
+    if let Some(place) = numbers.iter().position(|&number| number < 0) {
+        let message = format!("face index {} is negative", numbers[place]);
+        p.report().error("index-range", p.report().value_span(span, place), message);
+        return None;
+    }
+    Some(numbers.iter().map(|&number| number.cast_unsigned()).collect())
+}
+
 fn add_triangles(cx: &mut Context<'_>, p: &Reader<'_>, mesh: Option<TriangleMesh>) -> Vec<Geometry> {
     let add = |mesh| Geometry::Triangles(cx.scene.triangle_meshes.push(mesh, Origin::at(p.span())));
     mesh.map(add).into_iter().collect()
@@ -162,7 +179,8 @@ fn triangle_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
         let tangents = p.vectors("S", Kind::Vector3);
         let tangents = tangents.filter(|all| same_count(p, "S", all.len(), positions.len())).map(Into::into);
         let indices = faces(p, positions.len())?;
-        Some(TriangleMesh { indices, positions, normals, tangents, uvs })
+        let face_indices = face_indices(p, indices.len());
+        Some(TriangleMesh { indices, positions, normals, tangents, uvs, face_indices })
     };
     add_triangles(cx, p, read())
 }
@@ -173,7 +191,8 @@ fn bilinear_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
     let read = || {
         let Vertices { positions, normals, uvs } = vertices(p)?;
         let indices = faces(p, positions.len())?;
-        Some(PatchMesh { indices, positions, normals, tangents: None, uvs })
+        let face_indices = face_indices(p, indices.len());
+        Some(PatchMesh { indices, positions, normals, tangents: None, uvs, face_indices })
     };
     let add = |mesh| Geometry::Patches(cx.scene.patch_meshes.push(mesh, Origin::at(p.span())));
     read().map(add).into_iter().collect()
@@ -215,12 +234,18 @@ fn ply_mesh(cx: &mut Context<'_>, p: &Reader<'_>) -> Vec<Geometry> {
 fn all_triangles(cx: &mut Context<'_>, meshes: MeshFile) -> Option<Handle<TriangleMesh>> {
     let Some(patches) = meshes.patches else { return meshes.triangles };
     let origin = cx.scene.patch_meshes.origin(patches).clone();
-    let PatchMesh { indices, positions, normals, tangents, uvs } = cx.scene.patch_meshes[patches].clone();
+    let PatchMesh { indices, positions, normals, tangents, uvs, face_indices } =
+        cx.scene.patch_meshes[patches].clone();
     let halves = indices.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]);
-    // The meshes of a file share their vertices.
-    let triangles = meshes.triangles.map(|mesh| Arc::clone(&cx.scene.triangle_meshes[mesh].indices));
-    let indices = triangles.iter().flat_map(|indices| indices.iter().copied()).chain(halves).collect();
-    Some(cx.scene.triangle_meshes.push(TriangleMesh { indices, positions, normals, tangents, uvs }, origin))
+    // The meshes of a file share their vertices, and either all its faces are numbered or none.
+    let triangles = meshes.triangles.map(|mesh| cx.scene.triangle_meshes[mesh].clone()).unwrap_or_default();
+    let face_indices = face_indices.map(|numbers| {
+        let halves = numbers.iter().flat_map(|&number| [number; 2]);
+        triangles.face_indices.iter().flat_map(|numbers| numbers.iter().copied()).chain(halves).collect()
+    });
+    let indices = triangles.indices.iter().copied().chain(halves).collect();
+    let mesh = TriangleMesh { indices, positions, normals, tangents, uvs, face_indices };
+    Some(cx.scene.triangle_meshes.push(mesh, origin))
 }
 
 /// The meshes in the file called `name`, which is read once however many shapes use it.

@@ -3,8 +3,8 @@
 use sahl_image::Encoding;
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Diagnostic, FloatParam, Handle, ImageTexture, Origin, SolidNoise, Spectrum, SpectrumParam, Texture,
-    TextureFilter, TextureMapping, UvMapping, Wrap,
+    Diagnostic, FaceTexture, FloatParam, Handle, ImageTexture, Origin, SolidNoise, Spectrum, SpectrumParam,
+    Texture, TextureFilter, TextureMapping, UvMapping, Wrap,
 };
 
 use super::super::context::Context;
@@ -12,7 +12,7 @@ use super::super::parameter::Kind as ParameterKind;
 use super::super::reader::Reader;
 use super::super::report::quote;
 use super::super::statement::{Name, Statement};
-use super::image::image;
+use super::image::{face_images, image};
 use super::lookup;
 use super::spectrum::{Role, float_param, spectrum_param};
 
@@ -205,12 +205,12 @@ fn marble(_: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<T
     Some(Texture::Marble { noise: noise(p, texture), scale, variation })
 }
 
-/// Ptex files give each face of a mesh an image of its own; they need a reader that Sahl does not have.
-fn ptex(_: &mut Context<'_>, p: &Reader<'_>, _: &Definition) -> Option<Texture> {
-    const INSTEAD: f32 = 0.5;
-    p.without_effect(&["filename", "encoding", "scale"]);
-    p.unsupported_plugin("unsupported-texture", &format!("the constant {INSTEAD} is used"));
-    Some(Texture::Constant(Spectrum::Constant(INSTEAD)))
+/// Ptex files give each face of a mesh an image of its own.
+fn ptex(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
+    let (encoding, scale) = (encoding(p).unwrap_or(Encoding::Gamma(2.2)), p.float("scale", 1.0));
+    let Some(name) = filename(p) else { return Some(placeholder(texture.kind)) };
+    let Some(images) = face_images(cx, name) else { return Some(placeholder(texture.kind)) };
+    Some(Texture::Faces(FaceTexture { images, encoding, scale }))
 }
 
 fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Option<Texture> {
@@ -219,19 +219,20 @@ fn imagemap(cx: &mut Context<'_>, p: &Reader<'_>, texture: &Definition) -> Optio
     let wrap = wrap(p);
     let (scale, invert) = (p.float("scale", 1.0), p.bool("invert", false));
     let encoding = encoding(p);
-    let Some(name) = p.string("filename") else {
-        if !p.has("filename") {
-            p.report().error(
-                "missing-parameter",
-                p.span(),
-                format!("{} needs a `string filename`", p.what()),
-            );
-        }
-        return Some(placeholder(texture.kind));
-    };
+    let Some(name) = filename(p) else { return Some(placeholder(texture.kind)) };
     // The name stays defined if the image can't be read, so that there is one error for it and not one a use.
     let Some(image) = image(cx, name, encoding) else { return Some(placeholder(texture.kind)) };
     Some(Texture::Image(ImageTexture { image, mapping, wrap, filter, scale, invert }))
+}
+
+/// The name of the file; `None`, reported, if there is none.
+fn filename<'p>(p: &Reader<'p>) -> Option<&'p Name> {
+    let name = p.string("filename");
+    if name.is_none() && !p.has("filename") {
+        let message = format!("{} needs a `string filename`", p.what());
+        p.report().error("missing-parameter", p.span(), message);
+    }
+    name
 }
 
 /// What stands for a texture whose image could not be read, which is an error.
