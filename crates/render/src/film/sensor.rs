@@ -67,13 +67,11 @@ impl Sensor {
 
 impl Sensor {
     /// The colour in the film's space that radiance at sampled wavelengths estimates: the mean of the responses, each divided by
-    /// the density of its wavelength. Wavelengths that were dropped have none and count nothing.
+    /// the density of its wavelength, also of those that the path has dropped: nothing was added to their lanes since.
     fn recorded(&self, radiance: Spectrum, hero: &HeroWavelengths) -> [f32; 3] {
         let mut xyz = Vec4::ZERO;
-        for ((value, lambda), pdf) in radiance.lanes().into_iter().zip(hero.lambda()).zip(hero.pdf()) {
-            if pdf > 0.0 {
-                xyz += self.observer.at(lambda) * (0.25 * value / pdf);
-            }
+        for ((value, lambda), pdf) in radiance.lanes().into_iter().zip(hero.drawn()).zip(hero.pdf()) {
+            xyz += self.observer.at(lambda) * (0.25 * value / pdf);
         }
         let [x, y, z, _] = xyz.to_array();
         transform(&self.from_xyz, [x, y, z])
@@ -118,10 +116,12 @@ mod tests {
         let mut sum = [0.0_f64; 3];
         for i in 0..count {
             let mut hero = HeroWavelengths::sample((f32::from(i) + 0.5) / f32::from(count));
+            let mut throughput = Spectrum::ONE;
             if terminate {
                 hero.terminate_secondary();
+                throughput = HeroWavelengths::FIRST_FOR_ALL;
             }
-            let radiance = Spectrum::from_lanes(hero.lambda().map(&power));
+            let radiance = throughput * Spectrum::from_lanes(hero.lambda().map(&power));
             let color = sensor.color(radiance, &Wavelengths::Sampled(hero));
             for (sum, value) in sum.iter_mut().zip(color) {
                 *sum += f64::from(value) / f64::from(count);

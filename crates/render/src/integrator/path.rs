@@ -20,7 +20,7 @@ use crate::bsdf::{BsdfRoom, Reach};
 use crate::interaction::Interaction;
 use crate::light::{LightSelection, Vantage};
 use crate::mis::power_heuristic;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{HeroWavelengths, Spectrum};
 
 use volume::{Flight, Vertex, Volume};
 
@@ -54,6 +54,8 @@ struct Walk {
     throughput: Spectrum,
     /// The product of squared indices that the radiance was divided by: it comes back where the path leaves the glass.
     eta_scale: f32,
+    /// The part of the throughput's largest lane that is brightness: a quarter where the first lane stands for all.
+    lane_share: f32,
     arrival: Arrival,
     /// Bounces so far.
     depth: u32,
@@ -81,6 +83,18 @@ struct Arrival {
     pdf: Option<f32>,
 }
 
+impl Walk {
+    /// The path goes on with the first lane alone, which stands for all: nothing if it does so already. What it has found stays.
+    #[inline(never)]
+    fn follow_first(&mut self) {
+        if self.lane_share == 1.0 {
+            self.lane_share = 0.25;
+            self.throughput *= HeroWavelengths::FIRST_FOR_ALL;
+            self.volume.ratios.follow_first();
+        }
+    }
+}
+
 impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     /// Paths with the given settings, and with lights chosen by `selection`.
     pub(crate) fn new(settings: &PathTracer, selection: LightSelection) -> Self {
@@ -99,7 +113,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         if !TAMED || path.depth < 2 {
             return light;
         }
-        let largest = light.max_component();
+        let largest = light.max_component() * path.lane_share;
         if largest > self.clamp_indirect { light * (self.clamp_indirect / largest) } else { light }
     }
 
@@ -163,7 +177,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
     #[inline]
     fn survives(&self, tracer: &mut Tracer<'_>, path: &mut Walk) -> bool {
         let longest = if path.depth > MAX_SURE_DEPTH { LATE_SURVIVAL } else { 1.0 };
-        let mut carried = path.throughput * path.eta_scale;
+        let mut carried = path.throughput * (path.eta_scale * path.lane_share);
         if MEDIA {
             carried *= path.volume.ratios.weight(0.0, || 0.0);
         }
@@ -201,8 +215,8 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         // Find light that comes straight from a light.
         let mut room = BsdfRoom::default();
         let bsdf = tracer.bsdf(at, TAMED && self.regularize && path.spread, &mut room);
-        if MEDIA && tracer.wavelengths.is_terminated() {
-            path.volume.ratios.follow_first();
+        if tracer.wavelengths.is_terminated() {
+            path.follow_first();
         }
         let lifted;
         let at = if TAMED && self.smooth_terminator && bsdf.reach() == Reach::OneSide {
@@ -261,6 +275,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
             radiance: Spectrum::ZERO,
             throughput: Spectrum::ONE,
             eta_scale: 1.0,
+            lane_share: 1.0,
             arrival: Arrival { from: Vantage::in_space(ray.origin), pdf: None },
             depth: 0,
             spread: false,

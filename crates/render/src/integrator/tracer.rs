@@ -94,8 +94,8 @@ impl<'a> Tracer<'a> {
         if self.is_occluded(&way) { *at } else { lifted }
     }
 
-    /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there. `room` is where
-    /// a BSDF with many parameters is kept.
+    /// How a surface scatters light, made rougher where `regularize` is set; the path may lose wavelengths there, of which the
+    /// integrator has to tell its throughput. `room` is where a BSDF with many parameters is kept.
     #[inline]
     pub(crate) fn bsdf<'r>(&mut self, at: &Interaction, regularize: bool, room: &'r mut BsdfRoom) -> Bsdf<'r>
     where

@@ -10,7 +10,7 @@ use sahl_math::{Ray, Vec2};
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
 use crate::bsdf::BsdfRoom;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{HeroWavelengths, Spectrum};
 
 /// Direct light of every light, and mirror reflections and refractions followed as a tree.
 ///
@@ -39,8 +39,12 @@ impl Whitted {
         let Some(at) = tracer.nearest(ray) else { return tracer.escaped(ray) };
         let wo = -ray.direction;
         let mut radiance = tracer.emitted(&at, wo);
+        // Other branches of the tree go on with all wavelengths where this one goes on with the first.
+        let wavelengths = tracer.wavelengths;
         let mut room = BsdfRoom::default();
         let bsdf = tracer.bsdf(&at, false, &mut room);
+        let follows_first = tracer.wavelengths.is_terminated() && !wavelengths.is_terminated();
+        let lanes = if follows_first { HeroWavelengths::FIRST_FOR_ALL } else { Spectrum::ONE };
         let scattering = Scattering { at: &at, bsdf: &bsdf, wo };
 
         if !bsdf.is_specular() {
@@ -49,7 +53,7 @@ impl Whitted {
             for light in &scene.lights {
                 let Some(lit) = scattering.light_from(light, tracer, |_, _| 1.0) else { continue };
                 if !tracer.is_in_shadow(&lit.ray, light) {
-                    radiance += lit.radiance;
+                    radiance += lanes * lit.radiance;
                 }
             }
         } else if depth < self.max_depth {
@@ -66,10 +70,11 @@ impl Whitted {
                 let weight = sample.weight * sample.pdf;
                 let share = share * weight;
                 if share.max_component() >= LEAST_SHARE && at.sides_agree(wo, wi) {
-                    radiance += weight * self.trace(tracer, &at.spawn(wi), share, depth + 1);
+                    radiance += lanes * weight * self.trace(tracer, &at.spawn(wi), share, depth + 1);
                 }
             }
         }
+        tracer.wavelengths = wavelengths;
         radiance
     }
 }

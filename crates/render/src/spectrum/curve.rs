@@ -193,7 +193,8 @@ impl SpectralCurve {
     }
 
     /// The value of an index of refraction for a path, which can follow only one: where the index varies, the path goes on
-    /// with its first wavelength alone. In RGB mode it is the mean of the lanes.
+    /// with its first wavelength alone, of which its throughput has to learn ([`HeroWavelengths::terminate_secondary`]). In RGB mode it is
+    /// the mean of the lanes.
     #[inline]
     pub fn index(&self, wavelengths: &mut Wavelengths) -> f32 {
         match (wavelengths, &self.sampled) {

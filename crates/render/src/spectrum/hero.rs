@@ -2,6 +2,8 @@
 
 use glam::Vec4;
 
+use super::Spectrum;
+
 /// Wavelength at which the density of [`visible_pdf`] is highest, in nanometres.
 const CENTER: f32 = 538.0;
 /// How fast it falls off, per nanometre.
@@ -15,10 +17,16 @@ const TANH_SPAN: f32 = 1.827_502;
 ///
 /// The first is the hero: where light of different wavelengths goes different ways, the path follows it and drops the others.
 ///
-/// Source: Wilkie, Nawaz, Droske, Weidlich, Hanika, *Hero Wavelength Spectral Sampling*, EGSR 2014.
+/// Source: Wilkie, Nawaz, Droske, Weidlich, Hanika, *Hero Wavelength Spectral Sampling*, EGSR 2014. Deviation from pbrt-v4: wavelengths
+/// that are dropped keep their densities, and what the path finds from there on is multiplied by
+/// [`HeroWavelengths::FIRST_FOR_ALL`]. What it found before stays an estimate at all four, also where it was weighed by how likely
+/// each of them would have made the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeroWavelengths {
+    /// What the lanes of the path stand for now.
     lambda: Vec4,
+    /// As they were drawn.
+    drawn: Vec4,
     pdf: Vec4,
 }
 
@@ -33,35 +41,43 @@ impl HeroWavelengths {
             lambda[lane] = lambda_at(t);
             pdf[lane] = pdf_at(t);
         }
-        Self { lambda: Vec4::from_array(lambda), pdf: Vec4::from_array(pdf) }
+        let lambda = Vec4::from_array(lambda);
+        Self { lambda, drawn: lambda, pdf: Vec4::from_array(pdf) }
     }
 
-    /// The wavelengths in nanometres, in [360, 830].
+    /// What a path that drops all wavelengths but the first is multiplied by: the first then stands for the four.
+    pub const FIRST_FOR_ALL: Spectrum = Spectrum::from_lanes([4.0, 0.0, 0.0, 0.0]);
+
+    /// The wavelengths in nanometres at which the path looks, in [360, 830].
     #[inline]
     pub fn lambda(&self) -> [f32; 4] {
         self.lambda.to_array()
     }
 
-    /// The density of each per nanometre; zero for those that were dropped.
+    /// The wavelengths that were drawn, by which the lanes of the path's radiance are recorded.
+    #[inline]
+    pub fn drawn(&self) -> [f32; 4] {
+        self.drawn.to_array()
+    }
+
+    /// The density per nanometre of each that was drawn.
     #[inline]
     pub fn pdf(&self) -> [f32; 4] {
         self.pdf.to_array()
     }
 
-    /// Drops all wavelengths but the first, which from now on stands in all lanes and counts for all four. Nothing if that was
-    /// done before.
+    /// Drops all wavelengths but the first, at which all lanes look from now on. What they find has to be multiplied by
+    /// [`HeroWavelengths::FIRST_FOR_ALL`], once. Nothing if that was done before.
     #[inline]
     pub fn terminate_secondary(&mut self) {
-        if !self.is_terminated() {
-            self.lambda = Vec4::splat(self.lambda.x);
-            self.pdf = Vec4::new(0.25 * self.pdf.x, 0.0, 0.0, 0.0);
-        }
+        self.lambda = Vec4::splat(self.lambda.x);
     }
 
     /// Whether only the first wavelength is left.
     #[inline]
     pub fn is_terminated(&self) -> bool {
-        self.pdf.y == 0.0
+        // No two of those that are drawn together are the same.
+        self.lambda.y == self.lambda.x
     }
 
     /// The wavelengths from −1 at 360 nm to 1 at 830 nm.
@@ -145,12 +161,20 @@ mod tests {
     }
 
     #[test]
+    fn no_two_wavelengths_are_the_same() {
+        for i in 0..100_000 {
+            assert!(!HeroWavelengths::sample(i as f32 / 100_000.0).is_terminated(), "{i}");
+        }
+        assert!(!HeroWavelengths::sample(1.0_f32.next_down()).is_terminated());
+    }
+
+    #[test]
     fn the_first_wavelength_takes_over_once() {
         let full = HeroWavelengths::sample(0.3);
         let mut hero = full;
         hero.terminate_secondary();
         hero.terminate_secondary();
-        assert_eq!(hero.pdf(), [0.25 * full.pdf()[0], 0.0, 0.0, 0.0]);
+        assert_eq!((hero.drawn(), hero.pdf()), (full.lambda(), full.pdf()));
         assert_eq!(hero.lambda(), [full.lambda()[0]; 4]);
         assert!(hero.is_terminated() && !full.is_terminated());
     }

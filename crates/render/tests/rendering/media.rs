@@ -6,8 +6,8 @@ use crate::common::*;
 use sahl_image::ColorSpace;
 use sahl_math::{Bounds3, Transform, Vec3};
 use sahl_scene::{
-    Coefficients, Emission, Grid, GridEmission, GridMedium, GridSource, Handle, Integrator, Light, Material,
-    Medium, MediumInterface, Origin, PathTracer, Region, RgbGridMedium, SceneDesc, Spectrum,
+    Coefficients, ColorMode, Emission, Grid, GridEmission, GridMedium, GridSource, Handle, Integrator, Light,
+    Material, Medium, MediumInterface, Origin, PathTracer, Region, RgbGridMedium, SceneDesc, Spectrum,
     TemperatureScale,
 };
 
@@ -282,5 +282,39 @@ fn hot_matter_has_the_colour_of_its_temperature() {
     for (hot, same) in hot.into_iter().zip(same) {
         let noise = 4.5 * (hot.1 / ratio).hypot(same.1) + 2e-3 * same.0;
         assert!((hot.0 / ratio - same.0).abs() < noise, "{hot:?} for {same:?} times {ratio}");
+    }
+}
+
+/// Sunlight that is scattered once or twice in matter which is dense for one end of the spectrum and thin for the other, over glass.
+fn haze_over_glass(eta: Spectrum) -> SceneDesc {
+    let mut scene = SceneDesc { color: ColorMode::Spectral, ..above(1024) };
+    scene.integrator = path(2);
+    sun(&mut scene, 1.0);
+    slab(&mut scene, homogeneous([0.0; 3], [0.1, 1.0, 6.0], 0.0), 1.0);
+    let roughness = sahl_scene::Roughness::SMOOTH;
+    let glass = scene.materials.push(Material::Dielectric { eta, roughness }, Origin::default());
+    let geometry = quad(&mut scene, square(50.0, -0.5));
+    add(&mut scene, geometry, glass);
+    scene
+}
+
+#[test]
+fn glass_that_disperses_leaves_the_light_before_it_as_it_was() {
+    // How light is refracted does not matter where nothing lies below; about as much is reflected at all wavelengths.
+    for (name, index) in [("glass-BK7", 1.5168), ("glass-F11", 1.6206)] {
+        let dispersive = haze_over_glass(Spectrum::Named(name.to_owned()));
+        let plain = haze_over_glass(Spectrum::Constant(index));
+        for channel in 0..3 {
+            let (found, deviation) = mean_of(&dispersive, channel);
+            let (expected, expected_deviation) = mean_of(&plain, channel);
+            let noise = deviation.hypot(expected_deviation);
+            assert!(
+                (found - expected).abs() < 4.5 * noise,
+                "{name}, channel {channel}: {found}, not {expected} ± {noise}"
+            );
+            // Nor is it much noisier: all four wavelengths of a path count up to the glass.
+            let ratio = deviation / expected_deviation;
+            assert!(ratio < 1.2, "{name}, channel {channel}: deviation {deviation} for {expected_deviation}");
+        }
     }
 }
