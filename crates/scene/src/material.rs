@@ -107,6 +107,11 @@ impl Material {
             | Self::Interface => &[],
         }
     }
+
+    /// Whether it emits light by itself, so that shapes of it are lights.
+    pub fn emits(&self) -> bool {
+        matches!(self, Self::OpenPbr(surface) if surface.emits())
+    }
 }
 
 /// Where shading normals come from.

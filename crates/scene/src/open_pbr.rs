@@ -6,8 +6,8 @@ use crate::{FloatParam, Spectrum, SpectrumParam};
 
 /// The parameters of an OpenPBR 1.1 surface, with the names of its specification.
 ///
-/// The renderer's documentation says where it deviates. Emission is an [`crate::AreaLight`]'s, bumps and normal maps are
-/// those of [`crate::Relief`]. Deliberately absent: what the renderer does not have, such as thin films.
+/// The renderer's documentation says where it deviates. Bumps and normal maps are those of [`crate::Relief`]. A surface that emits makes
+/// its shapes lights, as an [`crate::AreaLight`] does. Deliberately absent: what the renderer does not have, such as the interior of glass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OpenPbr {
@@ -45,12 +45,24 @@ pub struct OpenPbr {
     pub coat_roughness: FloatParam,
     /// Index of refraction of the coat, from 1 to 3.
     pub coat_ior: FloatParam,
+    /// How much of the darkening that light suffers below the coat is shown.
+    pub coat_darkening: FloatParam,
     /// Presence of fuzz.
     pub fuzz_weight: FloatParam,
     /// Colour of fuzz.
     pub fuzz_color: SpectrumParam,
     /// Roughness of fuzz.
     pub fuzz_roughness: FloatParam,
+    /// Presence of a thin film on the base.
+    pub thin_film_weight: FloatParam,
+    /// Thickness of the film, in micrometres.
+    pub thin_film_thickness: FloatParam,
+    /// Index of refraction of the film, from 1 to 3.
+    pub thin_film_ior: FloatParam,
+    /// Luminance of what the base emits, from its front; from both sides of a thin wall. In the unit of the scene's radiance.
+    pub emission_luminance: f32,
+    /// Colour of the emission, below coat and fuzz. Of luminance one if white.
+    pub emission_color: SpectrumParam,
     /// Whether the surface is a wall without an inside: glass does not refract, subsurface light comes out on both sides.
     pub geometry_thin_walled: bool,
 }
@@ -78,9 +90,15 @@ impl Default for OpenPbr {
             coat_color: grey(1.0),
             coat_roughness: number(0.0),
             coat_ior: number(1.6),
+            coat_darkening: number(1.0),
             fuzz_weight: number(0.0),
             fuzz_color: grey(1.0),
             fuzz_roughness: number(0.5),
+            thin_film_weight: number(0.0),
+            thin_film_thickness: number(0.5),
+            thin_film_ior: number(1.4),
+            emission_luminance: 0.0,
+            emission_color: SpectrumParam::Constant(Spectrum::srgb([1.0; 3])),
             geometry_thin_walled: false,
         }
     }
@@ -88,7 +106,7 @@ impl Default for OpenPbr {
 
 impl OpenPbr {
     /// The numbers with their names.
-    pub fn numbers(&self) -> [(&'static str, FloatParam); 14] {
+    pub fn numbers(&self) -> [(&'static str, FloatParam); 18] {
         [
             ("base_weight", self.base_weight),
             ("base_diffuse_roughness", self.base_diffuse_roughness),
@@ -102,13 +120,17 @@ impl OpenPbr {
             ("coat_weight", self.coat_weight),
             ("coat_roughness", self.coat_roughness),
             ("coat_ior", self.coat_ior),
+            ("coat_darkening", self.coat_darkening),
             ("fuzz_weight", self.fuzz_weight),
             ("fuzz_roughness", self.fuzz_roughness),
+            ("thin_film_weight", self.thin_film_weight),
+            ("thin_film_thickness", self.thin_film_thickness),
+            ("thin_film_ior", self.thin_film_ior),
         ]
     }
 
     /// The colours with their names.
-    pub fn colors(&self) -> [(&'static str, &SpectrumParam); 6] {
+    pub fn colors(&self) -> [(&'static str, &SpectrumParam); 7] {
         [
             ("base_color", &self.base_color),
             ("specular_color", &self.specular_color),
@@ -116,6 +138,12 @@ impl OpenPbr {
             ("subsurface_color", &self.subsurface_color),
             ("coat_color", &self.coat_color),
             ("fuzz_color", &self.fuzz_color),
+            ("emission_color", &self.emission_color),
         ]
+    }
+
+    /// Whether it emits light.
+    pub fn emits(&self) -> bool {
+        self.emission_luminance > 0.0
     }
 }

@@ -4,6 +4,7 @@ mod cameras;
 mod invalid;
 mod measured;
 mod media;
+mod open_pbr;
 mod robustness;
 mod scenes;
 mod subsurface;

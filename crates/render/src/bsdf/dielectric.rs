@@ -77,7 +77,7 @@ impl Dielectric {
     /// The lobes of a rough surface.
     #[inline]
     fn sample_rough(&self, facets: TrowbridgeReitz, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let lobe = self.rough_lobe(facets, wo, u, |reflectance| u_lobe >= reflectance)?;
+        let lobe = self.rough_lobe(facets, wo, u, |reflectance, _| u_lobe >= reflectance)?;
         let (kind, eta) = match lobe.transmitted {
             true => (ScatterKind::GLOSSY_TRANSMISSION, lobe.configuration.eta),
             false => (ScatterKind::GLOSSY_REFLECTION, 1.0),
@@ -92,20 +92,21 @@ impl Dielectric {
         })
     }
 
-    /// A direction by a visible microfacet; `transmits` chooses the lobe, given the reflectance of the microfacet.
+    /// A direction by a visible microfacet; `transmits` chooses the lobe, given the reflectance of the microfacet and the cosine above it.
     #[inline]
     fn rough_lobe(
         &self,
         facets: TrowbridgeReitz,
         wo: Vec3,
         u: Vec2,
-        transmits: impl FnOnce(f32) -> bool,
+        transmits: impl FnOnce(f32, f32) -> bool,
     ) -> Option<RoughLobe> {
-        let (_, wo, eta) = self.upright(wo);
+        let (flip, wo, eta) = self.upright(wo);
         let m = facets.sample_visible(wo, u);
         let cos = wo.dot(m);
         let fresnel = fresnel::dielectric(cos, eta);
-        let transmitted = transmits(fresnel.reflectance);
+        let cos_above = if flip { fresnel.cos_transmitted } else { cos };
+        let transmitted = transmits(fresnel.reflectance, cos_above);
         let (wi, share) = if transmitted {
             let inverse_eta = 1.0 / eta;
             let along = cos * inverse_eta - fresnel.cos_transmitted;
@@ -117,7 +118,49 @@ impl Dielectric {
         if (wi.z < 0.0) != transmitted {
             return None;
         }
-        Some(RoughLobe { configuration: Configuration::new(facets, eta, wo, wi, m)?, share, transmitted })
+        let configuration = Configuration::new(facets, eta, wo, wi, m)?;
+        Some(RoughLobe { configuration, share, transmitted, cos_above })
+    }
+
+    /// Draws a direction by a visible microfacet of a rough surface whose light is shared by others than Fresnel: `transmits` chooses the
+    /// lobe, given the cosine above the microfacet. With the direction, whether it is refracted. `None` for smooth surfaces, too.
+    pub(super) fn sample_shared(
+        &self,
+        wo: Vec3,
+        u: Vec2,
+        transmits: impl FnOnce(f32) -> bool,
+    ) -> Option<(Vec3, bool)> {
+        let lobe = self.rough_lobe(self.facets?, wo, u, |_, cos_above| transmits(cos_above))?;
+        Some((flip_z(lobe.configuration.wi, wo.z < 0.0), lobe.transmitted))
+    }
+
+    /// What a rough surface would scatter from `wi` if all light went that way.
+    pub(super) fn whole(&self, wo: Vec3, wi: Vec3) -> Option<Whole> {
+        let configuration = self.configuration(wo, wi)?;
+        let pdf = configuration.pdf(1.0);
+        let is_below = wo.z < 0.0;
+        let cos_above = match (is_below, wo.z * wi.z < 0.0) {
+            (false, _) => configuration.wo_dot_m,
+            (true, true) => -configuration.wi_dot_m,
+            (true, false) => fresnel::dielectric(configuration.wo_dot_m, configuration.eta).cos_transmitted,
+        };
+        Some(Whole { value: configuration.weight() * pdf, pdf, cos_above })
+    }
+
+    /// A visible microfacet of a rough surface: the cosine above it, and what it scatters if it sends all light by reflection, and by
+    /// refraction, the compression of radiance left out.
+    pub(super) fn facet(&self, wo: Vec3, u: Vec2) -> Option<(f32, [f32; 2])> {
+        let facets = self.facets?;
+        let lobe = |transmits: bool| self.rough_lobe(facets, wo, u, |_, _| transmits);
+        let (reflected, refracted) = (lobe(false), lobe(true));
+        let cos_above = reflected.as_ref().or(refracted.as_ref())?.cos_above;
+        let weight = |lobe: &RoughLobe| lobe.configuration.weight();
+        let eta2 = refracted.as_ref().map_or(1.0, |lobe| lobe.configuration.eta * lobe.configuration.eta);
+        let weights = [
+            reflected.as_ref().map_or(0.0, weight),
+            refracted.as_ref().map_or(0.0, |lobe| weight(lobe) * eta2),
+        ];
+        Some((cos_above, weights))
     }
 
     /// Draws a direction by reflection alone, or by refraction alone where `transmits` is set.
@@ -141,7 +184,7 @@ impl Dielectric {
             let usable = share > 0.0 && wi.z != 0.0;
             return usable.then(|| LobeSample { wi: flip_z(wi, flip), weight, pdf: 1.0, share });
         };
-        let lobe = self.rough_lobe(facets, wo, u, |_| transmits)?;
+        let lobe = self.rough_lobe(facets, wo, u, |_, _| transmits)?;
         let pdf = lobe.configuration.pdf(1.0);
         (lobe.share > 0.0 && pdf > 0.0 && pdf.is_finite()).then(|| LobeSample {
             wi: flip_z(lobe.configuration.wi, flip),
@@ -170,6 +213,19 @@ struct RoughLobe {
     /// [`Configuration::share`].
     share: f32,
     transmitted: bool,
+    /// The cosine between the ray on the upper side and the microfacet; zero where it is reflected totally from below.
+    cos_above: f32,
+}
+
+/// What a rough surface would scatter if all light went one way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whole {
+    /// f |cos θi|.
+    pub(super) value: f32,
+    /// Density per steradian among the directions of the lobe.
+    pub(super) pdf: f32,
+    /// The cosine between the ray on the upper side and the microfacet; zero where it is reflected totally from below.
+    pub(super) cos_above: f32,
 }
 
 /// A direction drawn by one of the lobes alone.

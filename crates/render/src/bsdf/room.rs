@@ -10,6 +10,10 @@ pub struct BsdfRoom(Option<Large>);
 
 /// A BSDF with many parameters.
 #[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "rooms are on the stack, and nothing of a kind that is not kept is written"
+)]
 pub(crate) enum Large {
     CoatedDiffuse(CoatedDiffuse),
     CoatedConductor(CoatedConductor),

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use sahl_accel::{CurveSet, Cylinder, Disk, PatchMesh, Sphere, TriangleMesh, World};
 use sahl_math::{Transform, Vec2, Vec3};
-use sahl_scene::{CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape, SpectrumParam};
+use sahl_scene::{
+    AreaLight, CurveKind, Curves, Geometry, Handle, Material, Mesh, SceneDesc, Shape, SpectrumParam,
+};
 
 use super::displacement::displaced;
 use super::lights::{EmittingSurface, LightBuilder};
 use super::placement::{Placements, to_parent};
 use crate::light::Presence;
-use crate::material;
+use crate::material::{self, OpenPbrSource};
 use crate::scene::SceneStats;
 use crate::shape::{
     Attributes, Border, Emitter, PatchEmitter, QuadricEmitter, QuadricShape, SphereEmitter, SurfaceMap,
@@ -53,8 +55,8 @@ impl<'a> GeometryBuilder<'a> {
             }
             let shape = &self.description.shapes[handle];
             let index = self.push(handle, lights);
-            if let Some(area_light) = shape.area_light.as_ref().filter(|_| !self.is_open(handle)) {
-                let span = self.description.shapes.origin(handle).span;
+            let span = self.description.shapes.origin(handle).span;
+            if let Some((area_light, veil)) = self.emission(handle, lights) {
                 if matches!(shape.geometry, Geometry::Curves(_)) {
                     lights.refuse_curve(span);
                 } else if shape.motion.is_some() {
@@ -63,12 +65,13 @@ impl<'a> GeometryBuilder<'a> {
                     let surface = EmittingSurface {
                         emitters: self.emitters(shape, index),
                         maps: match area_light.radiance {
-                            SpectrumParam::Texture(_) => self.surface_maps(shape, index),
-                            SpectrumParam::Constant(_) => Vec::new(),
+                            SpectrumParam::Constant(_) if veil.is_none() => Vec::new(),
+                            _ => self.surface_maps(shape, index),
                         },
                         presence: self.presence(shape),
+                        veil,
                     };
-                    self.attributes[index as usize].lights = lights.add_area(area_light, surface, span);
+                    self.attributes[index as usize].lights = lights.add_area(&area_light, surface, span);
                 }
             }
             match &shape.motion {
@@ -90,8 +93,9 @@ impl<'a> GeometryBuilder<'a> {
                     Some(motion) => self.placements.add_part(object, index, motion),
                     None => group.push(index),
                 }
-                if shape.area_light.is_some() {
-                    lights.refuse_instanced(self.description.shapes.origin(handle).span);
+                let span = self.description.shapes.origin(handle).span;
+                if shape.area_light.is_some() || lights.emission_of(shape.material, span).is_some() {
+                    lights.refuse_instanced(span);
                 }
             }
             self.world.groups.push(group);
@@ -103,6 +107,22 @@ impl<'a> GeometryBuilder<'a> {
         self.world.groups.append(&mut self.placements.groups);
         self.world.instances.append(&mut self.placements.instances);
         self
+    }
+
+    /// What a shape emits, by itself or by its material, with the material whose layers the light has to pass.
+    fn emission(
+        &self,
+        handle: Handle<Shape>,
+        lights: &mut LightBuilder<'_>,
+    ) -> Option<(AreaLight, Option<Arc<OpenPbrSource>>)> {
+        let shape = &self.description.shapes[handle];
+        let span = self.description.shapes.origin(handle).span;
+        let by_material = lights.emission_of(shape.material, span);
+        let Some(area_light) = &shape.area_light else { return by_material };
+        if by_material.is_some() {
+            lights.refuse_second_emission(span);
+        }
+        (!self.is_open(handle)).then(|| (area_light.clone(), None))
     }
 
     /// Whether the shape is no more than the border of a medium.

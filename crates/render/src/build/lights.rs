@@ -1,12 +1,14 @@
 //! Lights: from spectra, factors and photometric totals to what is sampled.
 
+use std::collections::BTreeSet;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
 use sahl_image::{ColorSpace, Image};
 use sahl_math::{Transform, Vec3};
 use sahl_scene::{
-    Diagnostic, Diagnostics, Handle, Integrator, Light as Description, Radiance, SceneDesc, Span, Spectrum,
+    Diagnostic, Diagnostics, Handle, Integrator, Light as Description, Material, Radiance, SceneDesc, Span,
+    Spectrum,
 };
 
 use super::displacement::MOST_TRIANGLES;
@@ -15,6 +17,7 @@ use crate::light::{
     PointLight, Portal, PortalEnvironment, Presence, ProjectionLight, Sampled, Sky, SphereMap, SpotLight,
     is_rigid,
 };
+use crate::material::OpenPbrSource;
 use crate::shape::{Emitter, SurfaceMap};
 use crate::spectrum::{ColorRole, SpectralCurve, Wavelengths};
 use crate::texture::{SpectrumSource, Textures};
@@ -27,6 +30,8 @@ pub(super) struct EmittingSurface {
     pub(super) maps: Vec<SurfaceMap>,
     /// How much of it is there.
     pub(super) presence: Presence,
+    /// The material whose layers its light has to pass.
+    pub(super) veil: Option<Arc<OpenPbrSource>>,
 }
 
 /// Collects the lights of a scene.
@@ -61,8 +66,10 @@ impl<'a> LightBuilder<'a> {
         let first = self.lights.len() as u32;
         let role = ColorRole::Illuminant;
         match self.textures.spectrum_source(&light.radiance, role, span, self.diagnostics) {
-            SpectrumSource::Constant(curve) => self.add_plain(light, surface, curve),
-            source @ SpectrumSource::Texture(..) => self.add_textured(light, surface, &source),
+            SpectrumSource::Constant(curve) if surface.veil.is_none() => {
+                self.add_plain(light, surface, curve);
+            }
+            source => self.add_textured(light, surface, &source),
         }
         let added = first..self.lights.len() as u32;
         (!added.is_empty()).then(|| added.collect())
@@ -82,20 +89,20 @@ impl<'a> LightBuilder<'a> {
         }
     }
 
-    /// Lights whose radiance is a texture; each is chosen by its own mean.
+    /// Lights whose radiance is a texture, or depends on the direction; each is chosen by its own mean.
     fn add_textured(
         &mut self,
         light: &sahl_scene::AreaLight,
         surface: EmittingSurface,
         source: &SpectrumSource,
     ) {
-        let EmittingSurface { emitters, maps, presence } = surface;
+        let EmittingSurface { emitters, maps, presence, veil } = surface;
         // Some thousand points of a shape, and some of each primitive.
         let side = (64.0 / (emitters.len() as f32).sqrt()).ceil().max(4.0) as usize;
         let mut flux = 0.0;
         let mut parts = Vec::with_capacity(emitters.len());
         for (emitter, map) in emitters.into_iter().zip(maps) {
-            let texture = EmissionTexture::new(source.clone(), 1.0, map);
+            let texture = EmissionTexture::new(source.clone(), 1.0, map).below(veil.clone());
             let mean = texture.mean(&emitter, self.textures, side);
             flux += PI * emitter.area() * sides(light) * ColorSpace::Srgb.luminance(mean);
             parts.push((emitter, texture, mean));
@@ -116,6 +123,71 @@ impl<'a> LightBuilder<'a> {
         self.diagnostics.push(
             Diagnostic::warning("instanced-area-light", span, "a shape of an object can't be an area light")
                 .with_note("the shape is rendered without emission"),
+        );
+    }
+
+    /// What the material `material` of a shape makes it emit, with the material if the light has to pass layers of it; `None` if nothing.
+    /// `span` is that of the shape.
+    pub(super) fn emission_of(
+        &mut self,
+        material: Handle<Material>,
+        span: Option<Span>,
+    ) -> Option<(sahl_scene::AreaLight, Option<Arc<OpenPbrSource>>)> {
+        let mut material = material;
+        while let Material::Relief { material: inner, .. } = &self.description.materials[material] {
+            material = *inner;
+        }
+        match &self.description.materials[material] {
+            Material::OpenPbr(surface) if surface.emits() => {
+                // Complaints about its parameters come from the material itself.
+                let mut known = Diagnostics::default();
+                let source = OpenPbrSource::new(surface, self.textures, None, &mut known);
+                let light = sahl_scene::AreaLight {
+                    radiance: surface.emission_color.clone(),
+                    scale: surface.emission_luminance,
+                    two_sided: surface.geometry_thin_walled,
+                    power: None,
+                };
+                let veil = source.is_veiled().then(|| Arc::new(source));
+                Some((light, veil))
+            }
+            Material::Mix { .. } => {
+                if self.has_part_that_emits(material) {
+                    let message = "a shape does not emit what a part of a mixed material emits";
+                    self.diagnostics.push(
+                        Diagnostic::warning("mixed-emission", span, message)
+                            .with_note("the shape is rendered without emission")
+                            .with_help("give the shape an area light"),
+                    );
+                }
+                None
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a material that is made of others has one among them that emits. Each is looked at once, however many mixes share it.
+    fn has_part_that_emits(&self, material: Handle<Material>) -> bool {
+        let (mut open, mut seen) = (vec![material], BTreeSet::new());
+        while let Some(material) = open.pop() {
+            let material = &self.description.materials[material];
+            if material.emits() {
+                return true;
+            }
+            open.extend(material.parts().iter().filter(|part| seen.insert(part.index())));
+        }
+        false
+    }
+
+    /// Tells that a shape which is an area light emits nothing else.
+    pub(super) fn refuse_second_emission(&mut self, span: Option<Span>) {
+        self.diagnostics.push(
+            Diagnostic::warning(
+                "second-emission",
+                span,
+                "a shape with an area light has a material that emits",
+            )
+            .with_note("the area light is used alone"),
         );
     }
 

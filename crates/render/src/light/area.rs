@@ -1,17 +1,20 @@
 //! Primitives that emit.
 //!
 //! Each primitive of an emitting shape is a light of its own. What it emits is the same in all directions, and either the
-//! same everywhere or a texture over the surface, which is evaluated where a sample or a ray finds it. Points are sampled
-//! alike in both cases: a picture that is dark in most places is better cut into primitives.
+//! same everywhere or a texture over the surface, which is evaluated where a sample or a ray finds it; unless it has to pass the layers
+//! of a material that emits. Points are sampled alike in all cases: a picture that is dark in most places is better cut into primitives.
 //!
-//! In a scene file: `AreaLightSource "diffuse" "rgb L" [ 5 5 5 ]`, or with `"string filename" "screen.png"`.
+//! In a scene file: `AreaLightSource "diffuse" "rgb L" [ 5 5 5 ]`, or with `"string filename" "screen.png"`; or by a material,
+//! `Material "openpbr" "float emission_luminance" 5`.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use sahl_math::{Vec2, Vec3};
 
 use super::{Emission, LightBounds, LightSample};
 use crate::interaction::Interaction;
+use crate::material::OpenPbrSource;
 use crate::shape::{Emitter, EmitterPoint, SurfaceMap};
 use crate::spectrum::{Spectrum, Wavelengths};
 use crate::texture::{SpectrumSource, TexturePoint, Textures};
@@ -50,18 +53,28 @@ impl Presence {
     }
 }
 
-/// Radiance that varies over a primitive.
+/// Radiance that varies over a primitive, or with the direction.
 #[derive(Clone, Debug)]
 pub(crate) struct EmissionTexture {
     source: SpectrumSource,
     scale: f32,
     map: SurfaceMap,
+    /// The material whose layers the light has to pass.
+    veil: Option<Arc<OpenPbrSource>>,
 }
+
+/// The cosine that stands for all directions of emission where one number has to: its mean over the flux.
+const MEAN_COS: f32 = 2.0 / 3.0;
 
 impl EmissionTexture {
     /// `scale` times the texture `source`, which is an illuminant; `map` gives the coordinates of points of the primitive.
     pub(crate) fn new(source: SpectrumSource, scale: f32, map: SurfaceMap) -> Self {
-        Self { source, scale, map }
+        Self { source, scale, map, veil: None }
+    }
+
+    /// The same below the layers of `veil`.
+    pub(crate) fn below(self, veil: Option<Arc<OpenPbrSource>>) -> Self {
+        Self { veil, ..self }
     }
 
     /// Multiplies the radiance by `factor`.
@@ -69,9 +82,14 @@ impl EmissionTexture {
         Self { scale: self.scale * factor, ..self }
     }
 
+    /// Radiance at `point`, in a direction whose cosine to the normal is `cos`.
     #[inline]
-    fn at(&self, point: TexturePoint, textures: &Textures, wavelengths: &Wavelengths) -> Spectrum {
-        textures.spectrum(&self.source, &point, wavelengths) * self.scale
+    fn at(&self, point: TexturePoint, cos: f32, textures: &Textures, wavelengths: &Wavelengths) -> Spectrum {
+        let radiance = textures.spectrum(&self.source, &point, wavelengths) * self.scale;
+        match &self.veil {
+            None => radiance,
+            Some(veil) => radiance * veil.veil(cos.abs(), &point, textures, wavelengths),
+        }
     }
 
     /// The mean over the primitive `emitter` in linear sRGB, from `side` × `side` points.
@@ -83,7 +101,7 @@ impl EmissionTexture {
         for i in 0..side * side {
             let u = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) * (1.0 / side as f32);
             let point = TexturePoint { uv: self.map.uv_of_square(u), p, ..TexturePoint::default() };
-            let rgb = self.at(point, textures, &Wavelengths::Rgb).to_rgb();
+            let rgb = self.at(point, MEAN_COS, textures, &Wavelengths::Rgb).to_rgb();
             for (sum, value) in sum.iter_mut().zip(rgb) {
                 *sum += f64::from(value);
             }
@@ -121,7 +139,7 @@ impl AreaLight {
             Some(texture) => {
                 let uv = texture.map.uv(&point);
                 let at = TexturePoint { uv, p: point.p, n: point.n, ..TexturePoint::default() };
-                texture.at(at, textures, wavelengths)
+                texture.at(at, point.n.dot(-wi), textures, wavelengths)
             }
         };
         let radiance = radiance * self.presence.sampled();
@@ -146,7 +164,7 @@ impl AreaLight {
             None => self.radiance.at(wavelengths),
             Some(texture) => {
                 let point = TexturePoint { uv: at.uv, p: at.p, n: at.ng, ..TexturePoint::default() };
-                texture.at(point, textures, wavelengths)
+                texture.at(point, at.ng.dot(wo), textures, wavelengths)
             }
         }
     }

@@ -6,8 +6,8 @@ use super::Query;
 use super::roughness::regularized;
 use crate::bsdf::room::Large;
 use crate::bsdf::{Bsdf, BsdfRoom, OpenPbr, OpenPbrParameters};
-use crate::spectrum::ColorRole;
-use crate::texture::{FloatSource, SpectrumSource, Textures};
+use crate::spectrum::{ColorRole, Spectrum, Wavelengths};
+use crate::texture::{FloatSource, SpectrumSource, TexturePoint, Textures};
 
 /// The parameters of an OpenPBR surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,14 +29,18 @@ pub struct OpenPbrSource {
     coat_color: SpectrumSource,
     coat_roughness: FloatSource,
     coat_ior: FloatSource,
+    coat_darkening: FloatSource,
     fuzz_weight: FloatSource,
     fuzz_color: SpectrumSource,
     fuzz_roughness: FloatSource,
+    thin_film_weight: FloatSource,
+    thin_film_thickness: FloatSource,
+    thin_film_ior: FloatSource,
     thin_walled: bool,
 }
 
 impl OpenPbrSource {
-    pub(super) fn new(
+    pub(crate) fn new(
         surface: &sahl_scene::OpenPbr,
         textures: &Textures,
         span: Option<Span>,
@@ -62,22 +66,50 @@ impl OpenPbrSource {
             coat_color: color(&surface.coat_color),
             coat_roughness: number(&surface.coat_roughness),
             coat_ior: number(&surface.coat_ior),
+            coat_darkening: number(&surface.coat_darkening),
             fuzz_weight: number(&surface.fuzz_weight),
             fuzz_color: color(&surface.fuzz_color),
             fuzz_roughness: number(&surface.fuzz_roughness),
+            thin_film_weight: number(&surface.thin_film_weight),
+            thin_film_thickness: number(&surface.thin_film_thickness),
+            thin_film_ior: number(&surface.thin_film_ior),
             thin_walled: surface.geometry_thin_walled,
         }
     }
 
+    /// Whether anything lies over what the base emits.
+    pub(crate) fn is_veiled(&self) -> bool {
+        [&self.coat_weight, &self.fuzz_weight]
+            .iter()
+            .any(|weight| !matches!(weight, FloatSource::Constant(..=0.0)))
+    }
+
+    /// The share of what the base emits at the point `at` that coat and fuzz let out under the cosine `cos`.
+    #[inline(never)]
+    pub(crate) fn veil(
+        &self,
+        cos: f32,
+        at: &TexturePoint,
+        textures: &Textures,
+        wavelengths: &Wavelengths,
+    ) -> Spectrum {
+        let mut wavelengths = *wavelengths;
+        self.surface(&Query { textures, at, wavelengths: &mut wavelengths, regularize: false }).veil(cos)
+    }
+
     #[inline(never)]
     pub(super) fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
+        room.keep(Large::OpenPbr(self.surface(query)))
+    }
+
+    fn surface(&self, query: &Query<'_>) -> OpenPbr {
         let number = |source| query.float(source);
         let color = |source| query.spectrum(source);
         let roughness = |source| {
             let alpha = query.float(source) * query.float(source);
             if query.regularize { regularized(alpha).sqrt() } else { query.float(source) }
         };
-        room.keep(Large::OpenPbr(OpenPbr::new(&OpenPbrParameters {
+        OpenPbr::new(&OpenPbrParameters {
             base_weight: number(&self.base_weight),
             base_color: color(&self.base_color),
             base_diffuse_roughness: number(&self.base_diffuse_roughness),
@@ -95,10 +127,15 @@ impl OpenPbrSource {
             coat_color: color(&self.coat_color),
             coat_roughness: roughness(&self.coat_roughness),
             coat_ior: number(&self.coat_ior),
+            coat_darkening: number(&self.coat_darkening),
             fuzz_weight: number(&self.fuzz_weight),
             fuzz_color: color(&self.fuzz_color),
             fuzz_roughness: number(&self.fuzz_roughness),
+            thin_film_weight: number(&self.thin_film_weight),
+            thin_film_thickness: number(&self.thin_film_thickness),
+            thin_film_ior: number(&self.thin_film_ior),
             thin_walled: self.thin_walled,
-        })))
+            wavelengths: *query.wavelengths,
+        })
     }
 }

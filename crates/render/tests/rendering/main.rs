@@ -10,6 +10,7 @@ mod features;
 mod limits;
 mod many_lights;
 mod media;
+mod open_pbr;
 mod shapes;
 mod spectral;
 mod subsurface;

@@ -124,6 +124,13 @@ impl Check<'_> {
                 for (name, color) in surface.colors() {
                     self.spectrum_param(owner, &format!("`{name}`"), color, origin);
                 }
+                let luminance = surface.emission_luminance;
+                self.number(
+                    || format!("`emission_luminance` of {owner}"),
+                    luminance,
+                    Range::NotNegative,
+                    origin,
+                );
             }
             Material::Subsurface(subsurface) => self.subsurface(owner, subsurface, origin),
             Material::Measured(brdf) => {

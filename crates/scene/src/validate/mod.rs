@@ -348,6 +348,7 @@ impl Check<'_> {
         }
         let needs_light = matches!(scene.integrator, Integrator::Path(_) | Integrator::Whitted { .. });
         let emits = scene.shapes.values().iter().any(|shape| shape.area_light.is_some())
+            || scene.materials.values().iter().any(Material::emits)
             || scene.media.values().iter().any(Medium::emits);
         if needs_light && scene.lights.is_empty() && !emits {
             self.diagnostics.push(Diagnostic::warning(

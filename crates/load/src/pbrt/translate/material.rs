@@ -15,6 +15,7 @@ use super::super::report::quote;
 use super::super::statement::Name;
 use super::image::image;
 use super::lookup;
+use super::open_pbr::open_pbr;
 use super::preset::{self, Measured};
 use super::spectrum::{
     Role, float_or_spectrum, float_param, optional_float_param, optional_spectrum_param, spectrum_param,
@@ -48,6 +49,7 @@ const MATERIALS: &[(&str, Read)] = &[
     ("subsurface", subsurface),
     ("measured", measured),
     ("mix", mix),
+    ("openpbr", |cx, p| MaterialKind::Surface(Material::OpenPbr(Box::new(open_pbr(cx, p))))),
     ("interface", interface),
     ("", interface),
     ("none", interface),

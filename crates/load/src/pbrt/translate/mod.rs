@@ -14,6 +14,7 @@ mod lens_file;
 mod light;
 mod material;
 mod medium;
+mod open_pbr;
 mod option;
 mod preset;
 mod sampler;

@@ -3,27 +3,34 @@
 //! Design decision: layers are put on each other by albedo scaling: what lies below gets the light that the layer above does
 //! not scatter back to `wo`, by a table of directional albedos. Energy that scatters more than once between microfacets
 //! is given back to each lobe apart (Turquin 2019), before metal and dielectric are mixed. A surface that absorbs nothing
-//! thus scatters all light, at any roughness and metalness. The price is reciprocity, which albedo scaling gives up.
+//! thus scatters all light, at any roughness and metalness. The price is reciprocity, which albedo scaling gives up. A film on the base
+//! changes what its microfacets reflect ([`film`]), and hence the albedos: by a few samples of them, beside those in the tables.
 //!
 //! Source: *OpenPBR Surface*, version 1.1, Academy Software Foundation, 2024; Turquin, *Practical Multiple Scattering
 //! Compensation for Microfacet Models*, 2019. Deviations: subsurface scattering is diffuse, by its colour; fuzz is that of
-//! Estevez and Kulla; the coat tints by its colour whatever the angle; every lobe is at least slightly rough.
+//! Estevez and Kulla; the coat tints by its colour whatever the angle; every lobe is at least slightly rough; light that glass lets pass
+//! counts as kept where the coat darkens.
 //!
-//! Deliberately absent: the interior of glass (depth, scattering, dispersion), thin films, darkening below the coat and its
-//! anisotropy, opacity, and emission, which is an area light's.
+//! Deliberately absent: the interior of glass (depth, scattering, dispersion), the anisotropy of the coat, what the index of the coat does
+//! to the reflection of the base, and opacity. Emission is an area light's, which asks [`OpenPbr::veil`] for what the layers let out.
+//!
+//! In a scene file: `Material "openpbr" "rgb base_color" [ .9 .7 .3 ] "float base_metalness" 1 "float coat_weight" 1`.
 
 mod albedo;
+mod film;
 mod lobes;
 
 use std::f32::consts::FRAC_1_PI;
 
 use sahl_math::{Vec2, Vec3};
 
+use super::dielectric::{Dielectric, Whole};
 use super::microfacet::{SMOOTH_ALPHA, TrowbridgeReitz};
-use super::{BsdfSample, Dielectric, Reach, Scatter, ScatterKind, flip_z, fresnel};
-use crate::spectrum::Spectrum;
+use super::{BsdfSample, Reach, Scatter, ScatterKind, flip_z, fresnel};
+use crate::spectrum::{Spectrum, Wavelengths};
 use crate::warp;
 use albedo::{Albedos, INDEX_RANGE, albedos};
+use film::{Substrate, ThinFilm};
 use lobes::{MetalFresnel, fuzz_density, fuzz_visibility, reflection, reflection_pdf, rough_diffuse};
 
 /// The parameters of an OpenPBR surface at a point, by the names of its specification. Colours and weights lie in
@@ -48,10 +55,16 @@ pub struct OpenPbrParameters {
     pub coat_color: Spectrum,
     pub coat_roughness: f32,
     pub coat_ior: f32,
+    pub coat_darkening: f32,
     pub fuzz_weight: f32,
     pub fuzz_color: Spectrum,
     pub fuzz_roughness: f32,
+    pub thin_film_weight: f32,
+    pub thin_film_thickness: f32,
+    pub thin_film_ior: f32,
     pub thin_walled: bool,
+    /// What the lanes of the colours stand for.
+    pub wavelengths: Wavelengths,
 }
 
 /// Scattering of an OpenPBR surface.
@@ -68,6 +81,9 @@ pub struct OpenPbr {
     /// Of the metal's reflection.
     metal_weight: f32,
     eta: f32,
+    film: Option<Film>,
+    /// Reflectances at normal incidence, of the metal and of the rest, with the film.
+    normal: [Spectrum; 2],
     specular_color: Spectrum,
     diffuse: Spectrum,
     diffuse_roughness: f32,
@@ -93,6 +109,28 @@ struct Coating {
     facets: TrowbridgeReitz,
     alpha: f32,
     eta: f32,
+    darkening: Darkening,
+}
+
+/// What light loses by going to and fro between base and coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Darkening {
+    /// How much of the effect there is.
+    weight: f32,
+    /// The share of light from a rough base that the coat sends back to it.
+    rough_return: f32,
+    /// How rough the base is, from zero to one.
+    roughness: f32,
+    /// What the base keeps of light at normal incidence.
+    base_albedo: Spectrum,
+}
+
+/// A film, and what it lies on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Film {
+    film: ThinFilm,
+    metal: Substrate,
+    dielectric: Substrate,
 }
 
 /// What each lobe is scaled by, seen from `wo`, and how likely it is drawn.
@@ -102,9 +140,18 @@ struct Scales {
     metal: Spectrum,
     specular: Spectrum,
     diffuse: Spectrum,
-    glass: f32,
+    glass: Spectrum,
     below_coat: Spectrum,
     pmf: [f32; LOBES],
+}
+
+/// What the layers over the base scatter and let pass, seen from one direction.
+struct Layers {
+    fuzz: f32,
+    fuzz_albedo: f32,
+    below_fuzz: f32,
+    coat_gain: f32,
+    coat_albedo: f32,
 }
 
 /// Fuzz, coat, base reflection, diffuse, glass.
@@ -112,6 +159,9 @@ const LOBES: usize = 5;
 
 /// Below this index a rough interface deflects too little for its microfacets to be told from the directions.
 const LEAST_GLASS_INDEX: f32 = 1.01;
+
+/// The binary logarithm of how many microfacets the albedo under a film is estimated by.
+const FILM_SAMPLES_LOG2: u32 = 4;
 
 /// Sheens with less roughness have no albedo to speak of: glTF's limit.
 const LEAST_FUZZ_ALPHA: f32 = 0.07;
@@ -138,7 +188,19 @@ impl OpenPbr {
         let base = color(p.base_color * unit(p.base_weight));
         let subsurface = unit(p.subsurface_weight);
         let coat_alpha = slope(p.coat_roughness);
-        Self {
+        let metal = MetalFresnel::new(base, color(p.specular_color));
+        let film = ThinFilm::new(
+            unit(p.thin_film_weight),
+            p.thin_film_thickness,
+            index(p.thin_film_ior),
+            &p.wavelengths,
+        );
+        let film = film.map(|film| Film {
+            film,
+            metal: Substrate::metal(base, color(p.specular_color)),
+            dielectric: Substrate::dielectric(eta),
+        });
+        let mut surface = Self {
             albedos: albedos(),
             fuzz: Fuzz {
                 weight: unit(p.fuzz_weight),
@@ -151,11 +213,14 @@ impl OpenPbr {
                 facets: TrowbridgeReitz::never_smooth([coat_alpha; 2]),
                 alpha: coat_alpha,
                 eta: index(p.coat_ior),
+                darkening: Darkening::NONE,
             },
             facets: TrowbridgeReitz::never_smooth(alphas),
             alpha,
             metalness: unit(p.base_metalness),
-            metal: MetalFresnel::new(base, color(p.specular_color)),
+            metal,
+            film,
+            normal: [Spectrum::ZERO; 2],
             metal_weight: unit(p.base_metalness) * unit(p.specular_weight),
             eta,
             specular_color: color(p.specular_color),
@@ -166,37 +231,94 @@ impl OpenPbr {
             transmission_color: color(p.transmission_color),
             glass: Dielectric::new(eta.max(LEAST_GLASS_INDEX), alphas),
             thin_walled: p.thin_walled,
+        };
+        surface.normal = [surface.metal_reflectance(1.0), surface.dielectric_reflectance(1.0)];
+        if coat_weight > 0.0 {
+            surface.coat.darkening =
+                surface.darkening(coat_weight * unit(p.coat_darkening), unit(p.specular_roughness));
         }
+        surface
+    }
+
+    /// How the coat darkens the base, by `weight` of the full effect; `roughness` is that of the base alone.
+    ///
+    /// OpenPBR 1.1, "Darkening". What glass lets pass is no loss: it does not go to and fro.
+    fn darkening(&self, weight: f32, roughness: f32) -> Darkening {
+        let [metal, specular] = self.normal;
+        let specular_color = self.specular_color * specular;
+        let paper = specular_color + (Spectrum::ONE - specular_color) * self.diffuse;
+        let glass = specular_color + (Spectrum::ONE - specular) * self.transmission_color;
+        let dielectric = paper * (1.0 - self.transmission) + glass * self.transmission;
+        // Paper below an interface is rough, as far as light gets there.
+        let paper_roughness = 1.0 + (roughness - 1.0) * fresnel_normal(self.eta);
+        let dielectric_roughness = paper_roughness + (roughness - paper_roughness) * self.transmission;
+        let eta = self.coat.eta;
+        Darkening {
+            weight,
+            rough_return: 1.0 - (1.0 - mean_reflectance(eta)) / (eta * eta),
+            roughness: dielectric_roughness + (roughness - dielectric_roughness) * self.metalness,
+            base_albedo: metal * self.metal_weight + dielectric * (1.0 - self.metalness),
+        }
+    }
+
+    /// What the metal reflects under the cosine `cos`, before its weight.
+    #[inline]
+    fn metal_reflectance(&self, cos: f32) -> Spectrum {
+        let bare = self.metal.at(cos);
+        self.film.as_ref().map_or(bare, |film| film.film.over(bare, cos, &film.metal))
+    }
+
+    /// What paper and glass reflect under the cosine `cos`, that of the ray outside, before their tint.
+    #[inline]
+    fn dielectric_reflectance(&self, cos: f32) -> Spectrum {
+        let bare = Spectrum::splat(fresnel::dielectric(cos, self.eta).reflectance);
+        self.film.as_ref().map_or(bare, |film| film.film.over(bare, cos, &film.dielectric))
+    }
+
+    /// What the layers over the base do under the cosine `cos`.
+    fn layers(&self, cos: f32) -> Layers {
+        let albedos = self.albedos;
+        let fuzz_albedo = albedos.fuzz(cos, self.fuzz.alpha);
+        let fuzz = self.fuzz.weight / fuzz_albedo.max(1.0);
+        let coat_mirror = albedos.mirror(cos, self.coat.alpha);
+        let coat_gain = gain(fresnel_normal(self.coat.eta), coat_mirror);
+        let coat_albedo = (albedos.reflected(cos, self.coat.alpha, self.coat.eta) * coat_gain).min(1.0);
+        Layers { fuzz, fuzz_albedo, below_fuzz: 1.0 - fuzz * fuzz_albedo, coat_gain, coat_albedo }
+    }
+
+    /// The share of light from the base that the layers over it let out under the cosine `cos`. The colour of a coat is that of light which
+    /// passes it twice (OpenPBR 1.1, "Coat"); light from the base passes it once.
+    pub(crate) fn veil(&self, cos: f32) -> Spectrum {
+        let layers = self.layers(cos);
+        let coated = self.coat.color.sqrt() * (self.coat.weight * (1.0 - layers.coat_albedo));
+        (coated + (1.0 - self.coat.weight)) * layers.below_fuzz
     }
 
     fn scales(&self, wo: Vec3) -> Scales {
         let (cos, albedos) = (wo.z.abs(), self.albedos);
-        // Fuzz.
-        let fuzz_albedo = albedos.fuzz(cos, self.fuzz.alpha);
-        let fuzz = self.fuzz.weight / fuzz_albedo.max(1.0);
-        let below_fuzz = 1.0 - fuzz * fuzz_albedo;
+        let Layers { fuzz, fuzz_albedo, below_fuzz, coat_gain, coat_albedo } = self.layers(cos);
         // The coat, and what it lets through.
-        let coat_mirror = albedos.mirror(cos, self.coat.alpha);
-        let coat_gain = gain(fresnel_normal(self.coat.eta), coat_mirror);
-        let coat_albedo = (albedos.reflected(cos, self.coat.alpha, self.coat.eta) * coat_gain).min(1.0);
         let coat = below_fuzz * self.coat.weight * coat_gain;
         let coated = self.coat.color * (self.coat.weight * (1.0 - coat_albedo));
-        let below_coat = (coated + (1.0 - self.coat.weight)) * below_fuzz;
+        let below_coat =
+            (coated + (1.0 - self.coat.weight)) * below_fuzz * self.coat.darkening.at(cos, self.coat.eta);
         // The base.
         let mirror = albedos.mirror(cos, self.alpha);
         let opaque = (1.0 - self.metalness) * (1.0 - self.transmission);
-        let metal_gain = self.metal.normal.map(|normal| gain(normal, mirror));
-        let specular_gain = gain(fresnel_normal(self.eta), mirror);
-        let specular_albedo = (albedos.reflected(cos, self.alpha, self.eta) * specular_gain).min(1.0);
+        let metal_gain = self.normal[0].map(|normal| gain(normal, mirror));
+        let specular_gain = self.normal[1].map(|normal| gain(normal, mirror));
+        let film_change = if opaque > 0.0 { self.film_change(above(wo)) } else { Spectrum::ZERO };
+        let single = film_change + albedos.reflected(cos, self.alpha, self.eta);
+        let specular_albedo = (single * specular_gain).clamp(0.0, 1.0);
         let metal = below_coat * metal_gain * self.metal_weight;
-        let specular = below_coat * self.specular_color * (opaque * specular_gain);
+        let specular = below_coat * self.specular_color * specular_gain * opaque;
         let diffuse = below_coat * (Spectrum::ONE - self.specular_color * specular_albedo) * opaque;
-        let glass = (1.0 - self.metalness) * self.transmission / self.glass_albedo(wo, mirror);
+        let glass =
+            Spectrum::splat((1.0 - self.metalness) * self.transmission) / self.glass_albedo(wo, mirror);
         let shares = [
             fuzz * fuzz_albedo * self.fuzz.color.max_component(),
             below_fuzz * self.coat.weight * coat_albedo,
-            (metal * self.metal.normal * mirror + specular * (specular_albedo / specular_gain))
-                .max_component(),
+            (metal * self.normal[0] * mirror + specular * specular_albedo / specular_gain).max_component(),
             (diffuse * self.diffuse).max_component(),
             below_coat.max_component() * (1.0 - self.metalness) * self.transmission,
         ];
@@ -205,14 +327,47 @@ impl OpenPbr {
         Scales { fuzz, coat, metal, specular, diffuse, glass, below_coat, pmf }
     }
 
-    fn glass_albedo(&self, wo: Vec3, mirror: f32) -> f32 {
-        let albedo = if self.thin_walled {
-            mirror
+    /// How much more the interface of paper reflects by its film, of single scattering, seen from `wo` above.
+    fn film_change(&self, wo: Vec3) -> Spectrum {
+        let Some(film) = &self.film else { return Spectrum::ZERO };
+        film_mean(|u| {
+            let m = self.facets.sample_reflecting(wo, u);
+            let cos = wo.dot(m);
+            let wi = m * (2.0 * cos) - wo;
+            if wi.z <= 0.0 {
+                return Spectrum::ZERO;
+            }
+            let kept = 2.0 * self.facets.reflecting_normalization(wo) * self.facets.visibility(wo, wi) * wi.z;
+            self.film_effect(film, cos) * kept
+        })
+    }
+
+    /// How much more glass scatters by its film: light that is reflected and light that is refracted lose different shares at microfacets.
+    fn film_change_of_glass(&self, wo: Vec3) -> Spectrum {
+        let Some(film) = &self.film else { return Spectrum::ZERO };
+        film_mean(|u| {
+            let Some((cos, [reflected, refracted])) = self.glass.facet(wo, u) else { return Spectrum::ZERO };
+            self.film_effect(film, cos) * (reflected - refracted)
+        })
+    }
+
+    /// What the film adds to the reflectance of an interface under the cosine `cos`.
+    fn film_effect(&self, film: &Film, cos: f32) -> Spectrum {
+        let bare = Spectrum::splat(fresnel::dielectric(cos, self.eta).reflectance);
+        film.film.over(bare, cos, &film.dielectric) - bare
+    }
+
+    fn glass_albedo(&self, wo: Vec3, mirror: f32) -> Spectrum {
+        let albedo = if self.transmission == 0.0 {
+            Spectrum::ONE
+        } else if self.thin_walled {
+            Spectrum::splat(mirror)
         } else {
-            self.albedos.glass(wo.z.abs(), self.alpha, self.eta, wo.z < 0.0)
+            let bare = self.albedos.glass(wo.z.abs(), self.alpha, self.eta, wo.z < 0.0);
+            self.film_change_of_glass(wo) + bare
         };
         // Next to nothing is lost where next to nothing is there to be scaled.
-        if albedo > 0.0 { albedo } else { 1.0 }
+        albedo.map(|albedo| if albedo > 0.0 { albedo } else { 1.0 })
     }
 
     /// The lobes on the side of `wo`; both directions and `m`, halfway between them, above.
@@ -222,8 +377,13 @@ impl OpenPbr {
         let coat = scales.coat
             * fresnel::dielectric(cos, self.coat.eta).reflectance
             * reflection(&self.coat.facets, wo, wi, m);
-        let base = scales.metal * self.metal.at(cos)
-            + scales.specular * fresnel::dielectric(cos, self.eta).reflectance;
+        let mut base = Spectrum::ZERO;
+        if self.metalness > 0.0 {
+            base += scales.metal * self.metal_reflectance(cos);
+        }
+        if self.metalness < 1.0 {
+            base += scales.specular * self.dielectric_reflectance(cos);
+        }
         let diffuse = rough_diffuse(self.diffuse, self.diffuse_roughness, wo, wi);
         self.fuzz.color * fuzz
             + coat
@@ -239,25 +399,50 @@ impl OpenPbr {
         let transmits = wo.z * wi.z < 0.0;
         let tint = if transmits { self.transmission_color } else { self.specular_color };
         let value = if self.thin_walled {
-            self.pane(wo, wi).map_or(0.0, |(share, m, wo, wi)| share * reflection(&self.facets, wo, wi, m))
+            let light = |(share, m, wo, wi): (Spectrum, Vec3, Vec3, Vec3)| {
+                share * reflection(&self.facets, wo, wi, m)
+            };
+            self.pane(wo, wi).map_or(Spectrum::ZERO, light)
+        } else if self.film.is_some() {
+            let light = |whole: Whole| self.glass_share(whole.cos_above, transmits) * whole.value;
+            self.glass.whole(wo, wi).map_or(Spectrum::ZERO, light)
         } else {
-            self.glass.eval(wo, wi).max_component()
+            self.glass.eval(wo, wi)
         };
-        scales.below_coat * tint * (scales.glass * value)
+        scales.below_coat * tint * scales.glass * value
+    }
+
+    /// The share that glass under a film lets through or reflects, given the cosine above.
+    fn glass_share(&self, cos: f32, transmits: bool) -> Spectrum {
+        let r = self.dielectric_reflectance(cos);
+        if transmits { Spectrum::ONE - r } else { r }
     }
 
     /// The share that a thin wall reflects or lets through between two directions, which are then both above, with the
     /// microfacet between them.
-    fn pane(&self, wo: Vec3, wi: Vec3) -> Option<(f32, Vec3, Vec3, Vec3)> {
+    fn pane(&self, wo: Vec3, wi: Vec3) -> Option<(Spectrum, Vec3, Vec3, Vec3)> {
         let (wo, wi, transmits) = (above(wo), above(wi), wo.z * wi.z < 0.0);
         let m = (wo + wi).try_normalize()?;
-        let r = pane_reflectance(wo.dot(m), self.eta);
-        Some((if transmits { 1.0 - r } else { r }, m, wo, wi))
+        let r = self.pane_reflectance(wo.dot(m));
+        Some((if transmits { Spectrum::ONE - r } else { r }, m, wo, wi))
+    }
+
+    /// The reflectance of both faces of a thin wall together: see [`super::ThinDielectric`].
+    fn pane_reflectance(&self, cos: f32) -> Spectrum {
+        let r = self.dielectric_reflectance(cos);
+        2.0 * r / (r + 1.0)
     }
 
     fn through_pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         if self.thin_walled {
-            self.pane(wo, wi).map_or(0.0, |(share, m, wo, _)| share * reflection_pdf(&self.facets, wo, m))
+            let pdf = |(share, m, wo, _): (Spectrum, Vec3, Vec3, Vec3)| {
+                share.average() * reflection_pdf(&self.facets, wo, m)
+            };
+            self.pane(wo, wi).map_or(0.0, pdf)
+        } else if self.film.is_some() {
+            let transmits = wo.z * wi.z < 0.0;
+            let pdf = |whole: Whole| self.glass_share(whole.cos_above, transmits).average() * whole.pdf;
+            self.glass.whole(wo, wi).map_or(0.0, pdf)
         } else {
             self.glass.pdf(wo, wi)
         }
@@ -307,10 +492,19 @@ impl OpenPbr {
             2 => (side(mirrored(&self.facets)?.0, false), ScatterKind::GLOSSY_REFLECTION, 1.0),
             4 if self.thin_walled => {
                 let (wi, cos) = mirrored(&self.facets)?;
-                let through = u_lobe >= pane_reflectance(cos, self.eta);
+                let through = u_lobe >= self.pane_reflectance(cos).average();
                 let kind =
                     if through { ScatterKind::GLOSSY_TRANSMISSION } else { ScatterKind::GLOSSY_REFLECTION };
                 (side(wi, through), kind, 1.0)
+            }
+            4 if self.film.is_some() => {
+                let transmits = |cos: f32| u_lobe >= self.dielectric_reflectance(cos).average();
+                let (wi, through) = self.glass.sample_shared(wo, u, transmits)?;
+                match (through, wo.z < 0.0) {
+                    (false, _) => (wi, ScatterKind::GLOSSY_REFLECTION, 1.0),
+                    (true, false) => (wi, ScatterKind::GLOSSY_TRANSMISSION, self.glass.eta()),
+                    (true, true) => (wi, ScatterKind::GLOSSY_TRANSMISSION, 1.0 / self.glass.eta()),
+                }
             }
             4 => {
                 let sample = self.glass.sample(wo, u_lobe, u)?;
@@ -352,10 +546,42 @@ fn fresnel_normal(eta: f32) -> f32 {
     root * root
 }
 
-/// The reflectance of both faces of a thin wall together: see [`super::ThinDielectric`].
-fn pane_reflectance(cos: f32, eta: f32) -> f32 {
-    let r = fresnel::dielectric(cos, eta).reflectance;
-    2.0 * r / (1.0 + r)
+/// The reflectance of an interface to matter of the index `eta`, from 1 to 3, for light from all sides.
+///
+/// Source: d'Eon, *A Hitchhiker's Guide to Multiple Scattering*, 2021, whose fit OpenPBR 1.1 recommends for coats.
+fn mean_reflectance(eta: f32) -> f32 {
+    ((10893.0 * eta - 1438.2) / (-774.4 * eta * eta + 10212.0 * eta + 1.0)).ln().clamp(0.0, 1.0)
+}
+
+/// The mean over a few points of the unit square, which are Hammersley's.
+fn film_mean(value: impl Fn(Vec2) -> Spectrum) -> Spectrum {
+    let scale = 1.0 / (1 << FILM_SAMPLES_LOG2) as f32;
+    let mut sum = Spectrum::ZERO;
+    for i in 0..1_u32 << FILM_SAMPLES_LOG2 {
+        let reversed = i.reverse_bits() >> (32 - FILM_SAMPLES_LOG2);
+        sum += value(Vec2::new((reversed as f32 + 0.5) * scale, (i as f32 + 0.5) * scale));
+    }
+    sum * scale
+}
+
+impl Darkening {
+    /// A coat that sends nothing back.
+    const NONE: Self = Self { weight: 0.0, rough_return: 0.0, roughness: 0.0, base_albedo: Spectrum::ZERO };
+
+    /// What the base is multiplied by, seen under the cosine `cos` through a coat of the index `eta`.
+    fn at(&self, cos: f32, eta: f32) -> Spectrum {
+        if self.weight == 0.0 {
+            return Spectrum::ONE;
+        }
+        let smooth_return = fresnel::dielectric(cos, eta).reflectance;
+        let k = smooth_return + (self.rough_return - smooth_return) * self.roughness;
+        // One where nothing is absorbed, whatever comes back.
+        let darkened = self.base_albedo.map(|albedo| {
+            let lost = k * (1.0 - albedo);
+            if lost > 0.0 { 1.0 - lost / (1.0 - albedo * k) } else { 1.0 }
+        });
+        Spectrum::ONE + (darkened - Spectrum::ONE) * self.weight
+    }
 }
 
 /// What a lobe gains by light that bounces more than once, of which `normal` is kept each time (Turquin 2019).
@@ -422,10 +648,10 @@ impl Scatter for OpenPbr {
 
     fn albedo(&self, wo: Vec3) -> Spectrum {
         let scales = self.scales(wo);
-        let metal = self.metal.normal * self.metal_weight;
+        let metal = self.normal[0] * self.metal_weight;
         let glass = (1.0 - self.metalness) * self.transmission;
         (scales.below_coat * (metal + glass)
-            + scales.specular * fresnel_normal(self.eta)
+            + scales.specular * self.normal[1]
             + scales.diffuse * self.diffuse
             + self.coat.weight * fresnel_normal(self.coat.eta))
         .clamp(0.0, 1.0)
