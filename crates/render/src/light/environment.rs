@@ -29,6 +29,8 @@ pub(crate) struct ImageEnvironment {
     texels: Vec<[f32; 3]>,
     colors: ColorLookup,
     distribution: PiecewiseConstant2d,
+    /// Mean over the sphere of the radiance in proportion to which directions are sampled, before scaling.
+    sampled_mean: f32,
     /// Axes of the image's space in the world, orthonormal, and perhaps left-handed.
     axes: [Vec3; 3],
     scale: f32,
@@ -52,13 +54,17 @@ impl ImageEnvironment {
         if sampled == Sampled::WithBsdf {
             compensate(&mut weights, solid_angle);
         }
+        let mut sums = [0.0_f64; 2];
         for (i, weight) in weights.iter_mut().enumerate() {
             *weight *= solid_angle(i);
+            sums[0] += f64::from(*weight);
+            sums[1] += f64::from(solid_angle(i));
         }
+        let sampled_mean = (sums[0] / sums[1]) as f32;
         let distribution = PiecewiseConstant2d::new(&weights, width);
         let axes = orthonormal_axes(light_to_world);
         let colors = ColorLookup::new(image.color_space);
-        Some(Self { map, width, height, texels, colors, distribution, axes, scale: 1.0 })
+        Some(Self { map, width, height, texels, colors, distribution, sampled_mean, axes, scale: 1.0 })
     }
 
     /// Multiplies the radiance by `factor`.
@@ -110,6 +116,11 @@ impl ImageEnvironment {
     /// Mean radiance over the sphere.
     pub(crate) fn mean(&self, wavelengths: &Wavelengths) -> Spectrum {
         self.lanes(self.integrate(1, |_| 1.0).map(|x| x / (4.0 * PI)), wavelengths)
+    }
+
+    /// ∫ L dω of what directions are sampled by: the light that is left to sampling the environment.
+    pub(super) fn sampled_fluence(&self) -> f32 {
+        4.0 * PI * self.sampled_mean * self.scale
     }
 
     /// Luminous irradiance on a surface that faces up: +z for equal-area images, +y for the others.

@@ -9,6 +9,7 @@
 mod area;
 mod environment;
 mod goniometric;
+mod infinite;
 mod kinds;
 mod portal;
 mod projection;
@@ -25,6 +26,7 @@ use crate::texture::Textures;
 pub(crate) use area::{AreaLight, EmissionTexture, Presence};
 pub(crate) use environment::{ImageEnvironment, Sampled, is_rigid};
 pub(crate) use goniometric::GoniometricLight;
+use infinite::Strength;
 pub(crate) use kinds::{DistantLight, Emission, PointLight, SpotLight};
 pub(crate) use portal::{Portal, PortalEnvironment, Sky};
 pub(crate) use projection::SphereMap;
@@ -180,7 +182,8 @@ impl Light {
         }
     }
 
-    /// Where the light is, where it shines, and how strongly; `None` for lights that are infinitely far away.
+    /// Where the light is, where it shines, and how strongly; `None` for lights that are infinitely far away. A portal is where
+    /// its window is.
     fn bounds(&self) -> Option<LightBounds> {
         match self {
             Self::Point(light) => Some(LightBounds::point(light.position, light.intensity.mean())),
@@ -188,7 +191,24 @@ impl Light {
             Self::Goniometric(light) => Some(light.bounds()),
             Self::Projection(light) => Some(light.bounds()),
             Self::Area(light) => Some(light.bounds()),
-            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) | Self::Portal(_) => None,
+            Self::Portal(light) => Some(light.bounds()),
+            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) => None,
+        }
+    }
+
+    /// How much a light gives that is infinitely far away; nothing for others.
+    fn strength(&self) -> Strength {
+        use std::f32::consts::PI;
+        match self {
+            Self::Distant(light) => Strength::Parallel(light.irradiance.mean(), -light.direction),
+            Self::Uniform(radiance) => Strength::AllRound(4.0 * PI * radiance.mean()),
+            Self::Image(light) => Strength::AllRound(light.sampled_fluence()),
+            Self::Point(_)
+            | Self::Spot(_)
+            | Self::Goniometric(_)
+            | Self::Projection(_)
+            | Self::Area(_)
+            | Self::Portal(_) => Strength::AllRound(0.0),
         }
     }
 

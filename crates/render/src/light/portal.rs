@@ -15,9 +15,9 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use sahl_math::{Vec2, Vec3};
+use sahl_math::{Bounds3, Vec2, Vec3};
 
-use super::{Emission, ImageEnvironment, LightSample};
+use super::{Cone, Emission, ImageEnvironment, LightBounds, LightSample};
 use crate::distribution::{Window, Windowed2d};
 use crate::spectrum::{Spectrum, Wavelengths};
 
@@ -188,6 +188,17 @@ impl PortalEnvironment {
         let [low, high] = window;
         let inside = (low.x..=high.x).contains(&uv.x) && (low.y..=high.y).contains(&uv.y);
         inside.then_some((uv, window))
+    }
+
+    /// The window as a lamp that shines into the room.
+    pub(super) fn bounds(&self) -> LightBounds {
+        LightBounds {
+            bounds: Bounds3::from_points(self.portal.corners),
+            facing: Cone::of(-self.portal.axes[2]),
+            cos_reach: 0.0,
+            two_sided: false,
+            intensity: self.power(&Wavelengths::Rgb).average() / PI,
+        }
     }
 
     /// Flux through the portal: A ∫ L cos θ dω.

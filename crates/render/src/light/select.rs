@@ -1,10 +1,10 @@
 //! The choice of one light among many.
 //!
 //! Design decision: a choice is made from a [`Vantage`], the point that is lit with what is known of its orientation, and
-//! [`LightSelection::pmf`] tells the probability of that choice for a light that was found otherwise. Few lights, and
-//! scenes that ask for it, are chosen from one table, which is the same everywhere. Many are chosen by a tree that
-//! estimates how much of each group arrives at the vantage; what is infinitely far away stands beside the tree, with the
-//! same share for each such light and for the tree as a whole.
+//! [`LightSelection::pmf`] tells the probability of that choice for a light that was found otherwise. Few lights with a
+//! place, and scenes that ask for it, are chosen from one table, which is the same everywhere. Many are chosen by a tree that
+//! estimates how much of each group arrives at the vantage. What is infinitely far away stands beside the tree, as
+//! [`infinite`](super::infinite) tells: power says nothing of its share, since it grows with the scene.
 //!
 //! Deliberately absent: visibility. A light behind a wall is chosen as if the wall were not there.
 //!
@@ -13,7 +13,8 @@
 use sahl_math::Vec3;
 use sahl_scene::LightSampler;
 
-use super::tree::LightTree;
+use super::infinite::InfiniteLights;
+use super::tree::{BELOW_ONE, LightTree};
 use crate::bsdf::Reach;
 use crate::distribution::AliasTable;
 use crate::interaction::Interaction;
@@ -37,8 +38,7 @@ pub(crate) enum LightSelection {
 #[derive(Clone, Debug)]
 pub(crate) struct TreeSelection {
     tree: LightTree,
-    /// Lights that are infinitely far away, in order.
-    infinite: Box<[u32]>,
+    infinite: InfiniteLights,
 }
 
 /// A light and the probability with which it was chosen.
@@ -96,9 +96,11 @@ impl LightSelection {
             _ => light.power(scene_radius, &Wavelengths::default()).average(),
         };
         let weights: Vec<f32> = lights.iter().map(power).collect();
-        let candidates = weights.iter().filter(|&&weight| weight > 0.0).count();
+        let candidates = || lights.iter().zip(&weights).filter(|&(_, &weight)| weight > 0.0);
+        // What is infinitely far away has a power that can be compared with no other, nor with that of its like.
+        let comparable = candidates().all(|(light, _)| light.bounds().is_some());
         match sampler {
-            LightSampler::Tree if candidates > MOST_IN_TABLE => {
+            LightSampler::Tree if candidates().count() > MOST_IN_TABLE || !comparable => {
                 Self::Tree(Box::new(TreeSelection::new(lights, &weights)))
             }
             LightSampler::Tree | LightSampler::Power => Self::from_weights(&weights),
@@ -159,17 +161,11 @@ impl TreeSelection {
             if weight > 0.0 {
                 match light.bounds() {
                     Some(bounds) => bounded.push((bounds, index)),
-                    None => infinite.push(index),
+                    None => infinite.push((light.strength(), index)),
                 }
             }
         }
-        Self { tree: LightTree::new(bounded, lights.len()), infinite: infinite.into() }
-    }
-
-    /// Among how many the tree as a whole is one.
-    #[inline]
-    fn shares(&self) -> usize {
-        self.infinite.len() + usize::from(!self.tree.is_empty())
+        Self { tree: LightTree::new(bounded, lights.len()), infinite: InfiniteLights::new(infinite) }
     }
 
     // Out of line, so that scenes of few lights keep it out of their loops.
@@ -178,25 +174,24 @@ impl TreeSelection {
         if self.infinite.is_empty() {
             return self.tree.choose(from, u).map(|(light, pmf)| LightChoice { light, pmf });
         }
-        let shares = self.shares();
-        let scaled = u * shares as f64;
-        let index = scaled as usize;
-        let pmf = 1.0 / shares as f32;
-        if let Some(&light) = self.infinite.get(index) {
+        let shares = self.infinite.shares(from, self.tree.contribution(from));
+        if u >= shares.beside {
+            let (light, pmf) = self.infinite.choose(from, &shares, u - shares.beside)?;
             return Some(LightChoice { light, pmf });
         }
-        let (light, within) = self.tree.choose(from, scaled - index as f64)?;
-        Some(LightChoice { light, pmf: pmf * within })
+        let (light, within) = self.tree.choose(from, (u / shares.beside).min(BELOW_ONE))?;
+        Some(LightChoice { light, pmf: shares.beside as f32 * within })
     }
 
     #[inline(never)]
     fn pmf(&self, from: &Vantage, light: u32) -> f32 {
-        let shares = self.shares() as f32;
+        if self.infinite.is_empty() {
+            return self.tree.pmf(from, light).unwrap_or(0.0);
+        }
+        let shares = self.infinite.shares(from, self.tree.contribution(from));
         match self.tree.pmf(from, light) {
-            Some(pmf) if self.infinite.is_empty() => pmf,
-            Some(pmf) => (1.0 / shares) * pmf,
-            None if self.infinite.binary_search(&light).is_ok() => 1.0 / shares,
-            None => 0.0,
+            Some(pmf) => shares.beside as f32 * pmf,
+            None => self.infinite.pmf(from, &shares, light),
         }
     }
 }

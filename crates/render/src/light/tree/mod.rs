@@ -25,7 +25,7 @@ use super::select::Vantage;
 use node::{Link, Node};
 
 /// The largest number below one.
-const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+pub(super) const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// The trail of a light that is not in the tree.
 const NO_TRAIL: u64 = 0;
@@ -47,9 +47,10 @@ impl LightTree {
         tree
     }
 
-    /// Whether there are no lights.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
+    /// An estimate of what arrives at `from` from all lights; zero only if nothing can.
+    #[inline]
+    pub(super) fn contribution(&self, from: &Vantage) -> f32 {
+        self.nodes.first().map_or(0.0, |root| root.contribution(from))
     }
 
     /// The light that `u` in [0, 1) chooses for `from`, and its probability; `None` if none can matter there.

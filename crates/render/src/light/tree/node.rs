@@ -71,6 +71,13 @@ impl Node {
         if link & IS_LIGHT != 0 { Link::Light(number) } else { Link::Node(number) }
     }
 
+    /// An estimate of what arrives at `from` from both children.
+    #[inline]
+    pub(super) fn contribution(&self, from: &Vantage) -> f32 {
+        let [first, second] = &self.children;
+        first.contribution(from) + second.contribution(from)
+    }
+
     /// The first child's share of what arrives at `from`; `None` if nothing can.
     #[inline]
     pub(super) fn first_share(&self, from: &Vantage) -> Option<f32> {

@@ -7,7 +7,9 @@ use sahl_testkit::random::Rng;
 
 use super::*;
 use crate::light::select::{Facing, LightSelection};
-use crate::light::{AreaLight, DistantLight, Emission, Light, PointLight, Presence, SpotLight};
+use crate::light::{
+    AreaLight, DistantLight, Emission, Light, PointLight, Portal, PortalEnvironment, Presence, Sky, SpotLight,
+};
 use crate::shape::{Emitter, SphereEmitter, TriangleEmitter};
 use crate::spectrum::{SpectralCurve, Wavelengths};
 use crate::texture::Textures;
@@ -98,6 +100,8 @@ fn lights_are_chosen_with_their_probability() {
             lights.insert(7, Light::Distant(down));
             LightSelection::new(LightSampler::Tree, &lights, 10.0)
         },
+        // Few, and one of them far away.
+        LightSelection::new(LightSampler::Tree, &lights[5..8], 10.0),
         LightSelection::new(LightSampler::Uniform, &lights, 10.0),
     ];
     let vantages = vantages(&mut rng);
@@ -133,7 +137,11 @@ fn in_space_amid_lights_that_shine_all_round_the_probabilities_sum_to_one() {
 #[test]
 fn every_light_that_arrives_can_be_chosen() {
     let mut rng = Rng::new(5);
-    let lights = lights(80, &mut rng);
+    let mut lights = lights(80, &mut rng);
+    lights.push(Light::Distant(DistantLight { direction: rng.direction(), irradiance: emission(0.1) }));
+    let window = [[-1.0, 0.0], [-1.0, 2.0], [3.0, 2.0], [3.0, 0.0]].map(|[x, y]| Vec3::new(x, y, 0.5));
+    let window = PortalEnvironment::new(Sky::Uniform(emission(0.2)), Portal::new(window).unwrap());
+    lights.push(Light::Portal(Box::new(window)));
     let selection = LightSelection::new(LightSampler::Tree, &lights, 10.0);
     let mut arriving = 0;
     for _ in 0..40 {
@@ -222,7 +230,8 @@ fn degenerate_sets_make_trees_too() {
     let from = Vantage::in_space(Vec3::new(0.0, 0.0, 2.0));
     let bounds = |x: f32| LightBounds::point(Vec3::new(x, 0.0, 0.0), 1.0);
     // None, one, many in one place, and intensities that overflow when they are added up.
-    assert!(LightTree::new(Vec::new(), 0).is_empty());
+    let none = LightTree::new(Vec::new(), 0);
+    assert_eq!((none.choose(&from, 0.5), none.contribution(&from)), (None, 0.0));
     let one = LightTree::new(vec![(bounds(0.0), 3)], 4);
     assert_eq!(
         (one.choose(&from, 0.7), one.pmf(&from, 3), one.pmf(&from, 2)),
