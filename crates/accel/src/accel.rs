@@ -84,7 +84,9 @@ impl Accel {
 
     /// [`Self::intersect_batch`] for rays of which each 64 in a row go nearly the same way, as the camera rays of eight by eight pixels.
     ///
-    /// Rays that do not go nearly the same way are answered as well; the first of them take longer.
+    /// Rays that do not go nearly the same way are answered as well; the first of them take longer. There is no such query for
+    /// occlusion: shadow rays of neighbouring points part at edges and have ends of their own, and a batch leaves each of them at the
+    /// first thing in its way.
     ///
     /// The hits are those of [`Self::intersect`], to the last bit, unless a triangle is so thin or so large against its distance that
     /// its parameter errs by more than the boxes allow for (a relative 2 γ₇): then either may find the nearer one.

@@ -3,6 +3,9 @@
 //! Only geometry that the world names in [`crate::World::filtered`] is asked about. The filter is a type parameter, so that queries
 //! without one are compiled as if there were none, and those with one call it directly.
 //!
+//! Deliberately absent: filtered twins of [`Accel::intersect_coherent`]. What packets save is the work that their rays have in common, and
+//! a filter is asked for each ray alone; the batches here answer the same rays with the same hits.
+//!
 //! This is what surfaces with holes need, leaves cut out by an image for instance: the renderer's filter looks the hole up.
 
 use std::ops::Range;

@@ -10,9 +10,20 @@ pub(crate) fn peak() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:").map(|kilobytes| kilobytes * 1024)
 }
 
-/// What can be had without taking it from others, in bytes: `MemAvailable` of Linux's /proc.
+/// What can be had without taking it from others, in bytes: `MemAvailable` of Linux's /proc, and what a limit of the address space
+/// (`ulimit -v`) leaves.
 pub(crate) fn available() -> Option<u64> {
-    kilobytes("/proc/meminfo", "MemAvailable:").map(|kilobytes| kilobytes * 1024)
+    let free = kilobytes("/proc/meminfo", "MemAvailable:").map(|kilobytes| kilobytes * 1024);
+    let limit = std::fs::read_to_string("/proc/self/limits").ok().and_then(|text| address_space(&text));
+    let taken = kilobytes("/proc/self/status", "VmSize:").map(|kilobytes| kilobytes * 1024);
+    let left = limit.zip(taken).map(|(limit, taken)| limit.saturating_sub(taken));
+    free.into_iter().chain(left).min()
+}
+
+/// The limit of the address space in bytes, from Linux's /proc/self/limits; `None` if it is unlimited.
+fn address_space(limits: &str) -> Option<u64> {
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 fn kilobytes(file: &str, name: &str) -> Option<u64> {
@@ -50,6 +61,20 @@ pub(crate) fn check_room(film: &Film, channels: usize, available: Option<u64>) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_limit_of_the_address_space_is_read() {
+        let table = |soft: &str| {
+            format!(
+                "Limit                     Soft Limit           Hard Limit           Units\n\
+                     Max open files            1024                 4096                 files\n\
+                     Max address space         {soft:20} unlimited            bytes\n"
+            )
+        };
+        assert_eq!(address_space(&table("524288000")), Some(524_288_000));
+        assert_eq!(address_space(&table("unlimited")), None);
+        assert_eq!(address_space(""), None);
+    }
 
     #[test]
     fn images_without_room_are_refused() {

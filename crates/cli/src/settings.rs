@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use sahl::image::{Curve, ToneMap};
 use sahl::render::accel::{self, Builder};
 use sahl::render::{Aov, BuildOptions};
-use sahl::scene::{Film, Integrator, PathTracer, SceneDesc, suggest};
+use sahl::scene::{Diagnostic, Diagnostics, Film, Integrator, PathTracer, SceneDesc, suggest};
 
 use crate::args::{
     AccelName, AovName, ColorMode, Crop, CurveName, Definition, Fractions, IntegratorName, PixelPosition,
@@ -180,8 +180,8 @@ impl FromStr for Named {
 }
 
 impl Edits {
-    /// Changes the scene.
-    pub(crate) fn apply(&self, scene: &mut SceneDesc) -> Result<(), Failure> {
+    /// Changes the scene; warns of what can be done in part only.
+    pub(crate) fn apply(&self, scene: &mut SceneDesc, diagnostics: &mut Diagnostics) -> Result<(), Failure> {
         if let Some(camera) = self.camera.filter(|&camera| camera > 0) {
             let message = format!("`--camera {camera}`: the scene has one camera, number 0");
             return Err(Failure::usage(message));
@@ -190,7 +190,7 @@ impl Edits {
         scene.sampler.seed = self.seed.unwrap_or(scene.sampler.seed);
         scene.color = self.color.map_or(scene.color, ColorMode::mode);
         self.apply_integrator(&mut scene.integrator)?;
-        self.apply_frame(&mut scene.film)
+        self.apply_frame(&mut scene.film, diagnostics)
     }
 
     fn apply_integrator(&self, integrator: &mut Integrator) -> Result<(), Failure> {
@@ -247,7 +247,7 @@ impl Edits {
     }
 
     /// Sets resolution and crop. A crop of the scene keeps its place in the picture when the resolution changes.
-    fn apply_frame(&self, film: &mut Film) -> Result<(), Failure> {
+    fn apply_frame(&self, film: &mut Film, diagnostics: &mut Diagnostics) -> Result<(), Failure> {
         let before = film.resolution;
         film.resolution = [self.width.unwrap_or(before[0]), self.height.unwrap_or(before[1])];
         let [width, height] = film.resolution;
@@ -269,6 +269,14 @@ impl Edits {
             let message =
                 format!("the crop {x0},{x1},{y0},{y1} holds no pixel of the {width}x{height} image");
             return Err(Failure::usage(message));
+        }
+        if inside != crop {
+            let ([x0, x1, y0, y1], [left, right, top, bottom]) = (crop, inside);
+            let message = format!(
+                "the crop {x0},{x1},{y0},{y1} reaches beyond the {width}x{height} image: \
+                 {left},{right},{top},{bottom} is rendered"
+            );
+            diagnostics.push(Diagnostic::warning("crop-outside", None, message));
         }
         film.crop = Some(inside);
         Ok(())

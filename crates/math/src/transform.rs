@@ -52,7 +52,7 @@ impl Transform {
             .and_then(|m| Self::from_exact(DAffine3::from_mat4(m)))
     }
 
-    /// Moves by `offset`.
+    /// Moves points by (`x`, `y`, `z`) and leaves vectors and normals as they are; `None` if one of the three is not finite.
     pub fn translate(x: f64, y: f64, z: f64) -> Option<Self> {
         Self::from_exact(DAffine3::from_translation(DVec3::new(x, y, z)))
     }

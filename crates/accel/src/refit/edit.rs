@@ -14,14 +14,16 @@ pub enum Edit {
     Positions {
         /// Which geometry.
         geometry: u32,
-        /// All vertices.
+        /// All vertices. Their number may be another: primitives whose indices are beyond the end cannot be hit, and may come back
+        /// by a later edit; vertices that no primitive refers to do nothing.
         positions: Arc<[Vec3]>,
     },
     /// Other vertices for a mesh of triangles that move.
     MovingPositions {
         /// Which geometry.
         geometry: u32,
-        /// All vertices when the shutter opens, and when it closes.
+        /// All vertices when the shutter opens, and when it closes. Either list may have another length, as in [`Self::Positions`]; a
+        /// triangle needs its vertices in both.
         positions: [Arc<[Vec3]>; 2],
     },
     /// Another place, or another motion, for an instance.

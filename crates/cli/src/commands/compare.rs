@@ -106,7 +106,7 @@ fn unreadable(path: &Path, error: &ImageError) -> Failure {
 
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` hands the error over")]
 fn incomparable(error: ImageError) -> Failure {
-    Failure::usage(format!("the images can't be compared: {error}"))
+    Failure::usage(error.to_string())
 }
 
 fn text(comparison: &Comparison) -> String {
@@ -115,7 +115,7 @@ fn text(comparison: &Comparison) -> String {
         let _ = writeln!(text, "{label:22} {value}");
     };
     row("non-finite pixels", comparison.non_finite_pixels.to_string());
-    row("negative pixels", comparison.negative_pixels.to_string());
+    row("negative pixels", negative(comparison.negative_pixels));
     if comparison.reference_non_finite_pixels > 0 {
         row("  of the reference", format!("{} not finite", comparison.reference_non_finite_pixels));
     }
@@ -124,11 +124,28 @@ fn text(comparison: &Comparison) -> String {
     row("relMSE, all pixels", format!("{:.6e}", comparison.rel_mse_all));
     row("PSNR", format!("{:.3} dB", comparison.psnr));
     row("FLIP", format!("{:.6}", comparison.flip));
-    match &comparison.z_test {
-        None => row("bias", "unknown: needs several seeds or `--var`, and more than 16x16 pixels".to_owned()),
-        Some(test) => row("bias", verdict(test)),
+    match (&comparison.z_test, comparison.identical_tests) {
+        (Some(test), _) => row("bias", verdict(test)),
+        (None, Some([first, second])) => {
+            let (first, second) = (first + 1, second + 1);
+            row(
+                "bias",
+                format!("unknown: images {first} and {second} are identical; compare other seeds (`--seed`)"),
+            );
+        }
+        (None, None) => {
+            row("bias", "unknown: needs several seeds or `--var`, and more than 16x16 pixels".to_owned());
+        }
     }
     text
+}
+
+/// How many there are, and where they come from if not from a mistake.
+fn negative(pixels: usize) -> String {
+    match pixels {
+        0 => "0".to_owned(),
+        _ => format!("{pixels} (filters such as `mitchell` and colours outside the gamut make some)"),
+    }
 }
 
 fn verdict(test: &ZTest) -> String {

@@ -30,7 +30,8 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<ExitCode, Failu
     let mut target = settings.output.as_deref().map(|path| Target::check(path, &settings)).transpose()?;
     let mut source = Source::load(&args.scenes)?;
     source.report(args.messages.strict, &console)?;
-    settings.edits.apply(&mut source.loaded.scene)?;
+    settings.edits.apply(&mut source.loaded.scene, &mut source.loaded.diagnostics)?;
+    source.report(args.messages.strict, &console)?;
     if settings.pixel.is_none() {
         let channels = settings.aovs.iter().map(|aov| aov.channel_names().len()).sum();
         memory::check_room(&source.loaded.scene.film, channels, memory::available())?;
@@ -294,15 +295,15 @@ fn samples_were(count: u64) -> String {
     if count == 1 { "1 sample was".to_owned() } else { format!("{count} samples were") }
 }
 
-/// Renders the samples of one pixel and prints them: number, red, green, blue, then their weighted mean, which is the
-/// pixel. Samples that the film would drop are marked and left out.
+/// Renders the samples of one pixel and prints them below a heading: number, red, green, blue, then their weighted mean, which is
+/// the pixel. Samples that the film would drop are marked and left out.
 fn replay(scene: &Scene, description: &SceneDesc, pixel: [u32; 2]) -> Result<ExitCode, Failure> {
     let [x, y] = pixel;
     let [width, height] = description.film.resolution;
     if x >= width || y >= height {
         return Err(Failure::usage(format!("the {width}x{height} image has no pixel {x},{y}")));
     }
-    let mut text = String::new();
+    let mut text = "sample\tred\tgreen\tblue\n".to_owned();
     let (mut sum, mut weights) = ([0.0_f64; 3], 0.0_f64);
     for index in 0..scene.samples_per_pixel() {
         let sample = scene.sample(pixel, index);

@@ -68,6 +68,20 @@ fn aliases_mean_the_same() {
 }
 
 #[test]
+fn a_crop_that_reaches_outside_is_cut_with_a_warning() {
+    let folder = folder("crop-outside");
+    let arguments = ["render", "--resolution", "24x24", "--spp", "1", "-o", "a.exr", "--crop", "8,40,0,24"];
+    let output = sahl(&folder, &arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let message = "the crop 8,40,0,24 reaches beyond the 24x24 image: 8,24,0,24 is rendered";
+    assert!(stderr(&output).contains(message), "{}", stderr(&output));
+    let image = sahl::image::read(&fs::read(folder.join("a.exr")).unwrap(), "a.exr").unwrap();
+    assert_eq!((image.width, image.height), (16, 24));
+    let strict = sahl(&folder, &[&arguments[..], &["--strict"]].concat());
+    assert_eq!(code(&strict), 3, "{}", stderr(&strict));
+}
+
+#[test]
 fn layers_have_the_names_that_compositors_know() {
     let folder = folder("layers");
     let more = ["--aov", "albedo,normal,geometric-normal,depth,position,uv,variance"];
@@ -95,8 +109,9 @@ fn a_pixel_is_replayed() {
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
-    assert_eq!(rows.len(), 3);
-    let mean: Vec<f32> = rows[2][1..].iter().map(|value| value.parse().unwrap()).collect();
+    assert_eq!(rows.len(), 4);
+    assert_eq!(rows[0], ["sample", "red", "green", "blue"]);
+    let mean: Vec<f32> = rows[3][1..].iter().map(|value| value.parse().unwrap()).collect();
     for channel in 0..3 {
         let value = image.pixel(9, 15)[channel];
         assert!((mean[channel] - value).abs() <= 1e-3 * value, "{mean:?}, {:?}", image.pixel(9, 15));

@@ -31,6 +31,9 @@ pub struct Comparison {
     pub flip: f64,
     /// The z-test, if there is more than one test or the variance of the tests is given.
     pub z_test: Option<ZTest>,
+    /// The numbers, from zero, of two tests that are equal in every pixel. The spread of such tests is not that of noise, and there
+    /// is no z-test unless their variance is given.
+    pub identical_tests: Option<[usize; 2]>,
 }
 
 /// Computes all figures of `tests` against `reference`.
@@ -52,8 +55,9 @@ pub fn compare(
         let figures: Vec<f64> = converted.iter().map(figure).collect();
         mean(&figures)
     };
-    let is_testable = (tests.len() > 1 || options.test_variances.is_some())
-        && options.tile <= reference.width.min(reference.height);
+    let identical_tests = identical(&converted);
+    let is_noise_known = options.test_variances.is_some() || tests.len() > 1 && identical_tests.is_none();
+    let is_testable = is_noise_known && options.tile <= reference.width.min(reference.height);
     Ok(Comparison {
         non_finite_pixels: converted.iter().map(|test| test.non_finite).sum(),
         negative_pixels: converted.iter().map(|test| test.negative).sum(),
@@ -64,7 +68,15 @@ pub fn compare(
         psnr: average(&|test| signal_to_noise(test, &pixels)),
         flip: mean_flip(first, &pixels),
         z_test: if is_testable { Some(z_test(tests, reference, options)?) } else { None },
+        identical_tests,
     })
+}
+
+/// The first two images that have the same pixels.
+fn identical(images: &[RgbPixels]) -> Option<[usize; 2]> {
+    (0..images.len())
+        .flat_map(|second| (0..second).map(move |first| [first, second]))
+        .find(|&[first, second]| images[first].colors == images[second].colors)
 }
 
 #[cfg(test)]
@@ -90,6 +102,17 @@ mod tests {
         let several = [image(1), image(3)];
         let both = compare(&several, &reference, &ZTestOptions::default()).unwrap();
         assert!(both.mse > 0.0 && both.flip == found.flip && both.z_test.is_some());
+    }
+
+    #[test]
+    fn the_same_image_twice_tells_nothing_of_noise() {
+        let (test, reference) = (image(1), image(2));
+        let tests = [image(3), test.clone(), test];
+        let found = compare(&tests, &reference, &ZTestOptions::default()).unwrap();
+        assert_eq!((found.identical_tests, found.z_test), (Some([1, 2]), None));
+        let variances = [image(4), image(4), image(4)];
+        let options = ZTestOptions { test_variances: Some(&variances), ..ZTestOptions::default() };
+        assert!(compare(&tests, &reference, &options).unwrap().z_test.is_some());
     }
 
     #[test]

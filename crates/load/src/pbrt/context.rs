@@ -95,8 +95,13 @@ impl Context<'_> {
     pub(super) fn unreadable(&self, span: Span, name: &str, error: &str) {
         let message = format!("can't read {}: {error}", quote(name.as_bytes()));
         let diagnostic = Diagnostic::error("unreadable-file", span, message);
-        let places: Vec<String> =
-            self.files.candidates(name).iter().map(|path| format!("`{}`", path.display())).collect();
+        let candidates = self.files.candidates(name);
+        if candidates.iter().all(|path| path == Path::new(name)) {
+            // The message says it already.
+            self.report.push(diagnostic);
+            return;
+        }
+        let places: Vec<String> = candidates.iter().map(|path| format!("`{}`", path.display())).collect();
         self.report.push(diagnostic.with_note(format!("looked for {}", places.join(" and "))));
     }
 }

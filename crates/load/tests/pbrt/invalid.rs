@@ -1,6 +1,6 @@
 //! Broken scenes: each gives an error with its place, and the text of its messages is kept.
 
-use sahl_load::{MemoryAssets, load};
+use sahl_load::{MemoryAssets, load, load_pbrt};
 use sahl_scene::{Diagnostics, Severity};
 
 use crate::support;
@@ -27,6 +27,17 @@ fn every_invalid_scene_gives_its_messages() {
             insta::assert_snapshot!(format!("invalid_{name}"), text);
         }
     });
+}
+
+#[test]
+fn a_missing_file_is_named_once_where_one_place_was_looked_at() {
+    let text = |folder: &str| {
+        let scene = br#"WorldBegin Texture "t" "spectrum" "imagemap" "string filename" "no.png""#;
+        let loaded = load_pbrt(&format!("{folder}scene.pbrt"), scene.to_vec(), &MemoryAssets::default());
+        loaded.diagnostics.render_text(&loaded.sources, false)
+    };
+    assert!(text("").contains("can't read `no.png`") && !text("").contains("looked for"), "{}", text(""));
+    assert!(text("folder/").contains("looked for `folder/no.png` and `no.png`"), "{}", text("folder/"));
 }
 
 #[test]
