@@ -108,7 +108,7 @@ fn rows() -> Vec<Row> {
         let surface = Box::leak(Box::new(OpenPbr::new(&dark)));
         add(format!("OpenPBR {name}"), (&*surface).into(), eta, false);
     }
-    for (name, parameters) in filmed_surfaces(0.5).into_iter().step_by(2) {
+    for (name, parameters) in filmed_surfaces(0.5).into_iter().step_by(4) {
         let dark = OpenPbrParameters { base_color: Spectrum::splat(0.6), ..parameters };
         let eta = if name.starts_with("glass") || name.starts_with("all") { dark.specular_ior } else { 1.0 };
         let surface = Box::leak(Box::new(OpenPbr::new(&dark)));
@@ -248,7 +248,7 @@ fn filmed_surfaces(roughness: f32) -> Vec<(String, OpenPbrParameters)> {
     let films = [(1.0, 0.3, 1.8, Wavelengths::Rgb), (1.0, 0.12, 2.4, spectral), (0.6, 1.5, 1.33, spectral)];
     let mut surfaces = Vec::new();
     for (name, parameters) in white_surfaces(roughness) {
-        if !["paper", "half metal", "glass", "pane", "all"].contains(&name) {
+        if !["paper", "glass", "pane", "all"].contains(&name) {
             continue;
         }
         for (number, (thin_film_weight, thin_film_thickness, thin_film_ior, wavelengths)) in
@@ -269,7 +269,7 @@ fn filmed_surfaces(roughness: f32) -> Vec<(String, OpenPbrParameters)> {
 
 #[test]
 fn surfaces_with_films_keep_their_energy() {
-    for roughness in [0.0, 0.2, 0.5, 1.0] {
+    for roughness in [0.2, 1.0] {
         for (name, parameters) in filmed_surfaces(roughness) {
             let surface = OpenPbr::new(&parameters);
             for wo in views() {
@@ -277,7 +277,7 @@ fn surfaces_with_films_keep_their_energy() {
                 let mut rng = Rng::new(0xf117);
                 // A lane each; what is absorbed by none of these surfaces is kept by every lane.
                 let mut lanes = [Running::default(); 4];
-                for _ in 0..20_000 {
+                for _ in 0..8_000 {
                     let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
                     let sample = draw(&bsdf, wo, u);
                     let kept = sample.map_or(Spectrum::ZERO, |s| s.weight * (s.eta * s.eta));
