@@ -261,7 +261,25 @@ impl Top {
                 pending.extend([(right, own as u32), (left, NONE)]);
             }
         }
-        (depth(&nodes) <= MAX_DEPTH).then_some(nodes)
+        (self.depth(old) <= MAX_DEPTH).then_some(nodes)
+    }
+
+    /// The depth of the deepest leaf of the whole tree.
+    fn depth(&self, old: &[BinaryNode]) -> u32 {
+        let mut subtrees = Vec::new();
+        let mut pending = vec![(0, 0)];
+        while let Some((place, depth)) = pending.pop() {
+            let node = self.node(place);
+            match node.children {
+                [NONE, _] => subtrees.push((node.subtree, depth)),
+                children => pending.extend(children.map(|child| (child, depth + 1))),
+            }
+        }
+        let depths = subtrees.par_iter().with_min_len(CHUNK);
+        depths
+            .map(|&([start, end], above)| above + depth(&old[start as usize..end as usize]))
+            .max()
+            .unwrap_or(0)
     }
 }
 

@@ -7,6 +7,8 @@
 //! Source: Stich, Friedrich, Dietrich, *Spatial Splits in Bounding Volume Hierarchies*, High Performance Graphics 2009. Deviations: the
 //! restriction to large triangles, and to ranges where the cut of the two sides' overlap would be worth it.
 
+use rayon::prelude::*;
+
 use super::binning::{Binning, ObjectSplit};
 use super::bins::{Bins, MAX_BINS, Plane};
 use super::clip;
@@ -65,16 +67,22 @@ const MAX_PARTS: usize = 16;
 
 /// Moves the triangles with at least this area to the front; returns how many these are.
 fn gather_divisible(references: &mut [Reference], area: f32) -> usize {
-    let mut divisible = 0;
-    for place in 0..references.len() {
-        let reference = references[place];
-        if reference.bounds().half_area() >= area && reference.is_triangle() {
-            references.swap(place, divisible);
-            divisible += 1;
-        }
+    let chunks = references.par_chunks(GATHER_CHUNK).enumerate();
+    let places: Vec<usize> = chunks
+        .flat_map_iter(|(chunk, references)| {
+            let is_divisible = |one: &Reference| one.bounds().half_area() >= area && one.is_triangle();
+            let found = references.iter().enumerate().filter(move |(_, one)| is_divisible(one));
+            found.map(move |(place, _)| chunk * GATHER_CHUNK + place)
+        })
+        .collect();
+    for (divisible, &place) in places.iter().enumerate() {
+        references.swap(place, divisible);
     }
-    divisible
+    places.len()
 }
+
+/// How many references one task looks at.
+const GATHER_CHUNK: usize = 1 << 13;
 
 struct SpatialSah<'a, V> {
     binning: Binning,

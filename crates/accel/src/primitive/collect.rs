@@ -45,23 +45,26 @@ impl TreeInput {
         self.references.push(reference);
     }
 
-    /// Takes the references from `start` on into the extent and removes those that are [`Reference::NONE`]; returns how many
-    /// these were.
-    fn admit(&mut self, start: usize) -> u64 {
+    /// Takes the references from `start` on into the extent and removes those that are [`Reference::NONE`]; returns how far behind
+    /// `start` these stood.
+    fn admit(&mut self, start: usize) -> Vec<u32> {
         let added = self.references[start..].par_chunks(CHUNK);
         let extent = added.map(Extent::of).reduce(|| Extent::EMPTY, Extent::union);
         self.extent = self.extent.union(extent);
         let added = &mut self.references[start..];
-        let Some(first) = added.iter().position(Reference::is_none) else { return 0 };
-        let mut end = first;
+        let Some(first) = added.iter().position(Reference::is_none) else { return Vec::new() };
+        let (mut end, mut dropped) = (first, Vec::new());
         for place in first..added.len() {
             let reference = added[place];
             added[end] = reference;
-            end += usize::from(!reference.is_none());
+            if reference.is_none() {
+                dropped.push(place as u32);
+            } else {
+                end += 1;
+            }
         }
-        let dropped = added.len() - end;
         self.references.truncate(start + end);
-        dropped as u64
+        dropped
     }
 }
 
@@ -135,14 +138,13 @@ impl Primitives {
             let with_offset = indices.map(|(offset, indices)| (portion * PORTION + offset, indices));
             input.references.par_extend(with_offset.map(prepare));
             let dropped = input.admit(start);
-            if dropped > 0 {
-                self.dropped += dropped;
-                let first = ids.start + (portion * PORTION) as u32;
-                let is_absent =
-                    |indices: &[u32; 3]| !vertices(&mesh.positions, *indices).is_some_and(|v| has_area(&v));
-                let absent = (first..).zip(faces).filter(|(_, indices)| is_absent(indices));
-                self.absent.extend(absent.map(|(id, _)| id));
-            }
+            self.dropped += dropped.len() as u64;
+            let is_absent = |offset: &u32| {
+                let corners = vertices(&mesh.positions, faces[*offset as usize]);
+                !corners.is_some_and(|corners| has_area(&corners))
+            };
+            let first = ids.start + (portion * PORTION) as u32;
+            self.absent.extend(dropped.into_iter().filter(is_absent).map(|offset| first + offset));
         }
     }
 
