@@ -30,7 +30,7 @@ pub struct SurfacePoint {
     /// The point in world space.
     pub p: Vec3,
     /// The absolute error of each coordinate: the surface passes through the box `p ± p_error`, and a ray that
-    /// [`sahl_math::Ray::spawn`] starts outside it on one side of the surface is taken for being there by the intersection tests.
+    /// `sahl_math::Ray::spawn` starts outside it on one side of the surface is taken for being there by the intersection tests.
     pub p_error: Vec3,
     /// The unit geometric normal in world space.
     pub n: Vec3,
