@@ -160,8 +160,8 @@ const LOBES: usize = 5;
 /// Below this index a rough interface deflects too little for its microfacets to be told from the directions.
 const LEAST_GLASS_INDEX: f32 = 1.01;
 
-/// The binary logarithm of how many microfacets the albedo under a film is estimated by.
-const FILM_SAMPLES_LOG2: u32 = 4;
+/// The binary logarithm of how many microfacets the albedo under a film is estimated by: on paper, and on glass, where more depends on it.
+const FILM_SAMPLES_LOG2: [u32; 2] = [4, 6];
 
 /// Sheens with less roughness have no albedo to speak of: glTF's limit.
 const LEAST_FUZZ_ALPHA: f32 = 0.07;
@@ -330,7 +330,7 @@ impl OpenPbr {
     /// How much more the interface of paper reflects by its film, of single scattering, seen from `wo` above.
     fn film_change(&self, wo: Vec3) -> Spectrum {
         let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(|u| {
+        film_mean(FILM_SAMPLES_LOG2[0], |u| {
             let m = self.facets.sample_reflecting(wo, u);
             let cos = wo.dot(m);
             let wi = m * (2.0 * cos) - wo;
@@ -345,7 +345,7 @@ impl OpenPbr {
     /// How much more glass scatters by its film: light that is reflected and light that is refracted lose different shares at microfacets.
     fn film_change_of_glass(&self, wo: Vec3) -> Spectrum {
         let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(|u| {
+        film_mean(FILM_SAMPLES_LOG2[1], |u| {
             let Some((cos, [reflected, refracted])) = self.glass.facet(wo, u) else { return Spectrum::ZERO };
             self.film_effect(film, cos) * (reflected - refracted)
         })
@@ -554,11 +554,11 @@ fn mean_reflectance(eta: f32) -> f32 {
 }
 
 /// The mean over a few points of the unit square, which are Hammersley's.
-fn film_mean(value: impl Fn(Vec2) -> Spectrum) -> Spectrum {
-    let scale = 1.0 / (1 << FILM_SAMPLES_LOG2) as f32;
+fn film_mean(samples_log2: u32, value: impl Fn(Vec2) -> Spectrum) -> Spectrum {
+    let scale = 1.0 / (1 << samples_log2) as f32;
     let mut sum = Spectrum::ZERO;
-    for i in 0..1_u32 << FILM_SAMPLES_LOG2 {
-        let reversed = i.reverse_bits() >> (32 - FILM_SAMPLES_LOG2);
+    for i in 0..1_u32 << samples_log2 {
+        let reversed = i.reverse_bits() >> (32 - samples_log2);
         sum += value(Vec2::new((reversed as f32 + 0.5) * scale, (i as f32 + 0.5) * scale));
     }
     sum * scale
