@@ -288,7 +288,7 @@ fn surfaces_with_films_keep_their_energy() {
                 for lane in lanes {
                     let noise = 4.0 * lane.variance_of_mean().sqrt();
                     let albedo = lane.mean();
-                    // Sixteen microfacets tell the albedo under a film to 0.006 at a single wavelength.
+                    // The albedo under a film is known by a few microfacets.
                     let difference = (albedo - 1.0).abs();
                     assert!(difference < 0.0075 + noise, "{name} {roughness} {wo:?}: {albedo} ± {noise}");
                 }
@@ -481,6 +481,7 @@ fn no_energy_is_gained() {
             // Where reflection and transmission differ in colour, the brightest lanes of the samples are no albedo; each lane has one.
             let lanes = if row.name.contains("film") { 4 } else { 0 };
             for lane in 0..lanes {
+                let furnace = Furnace { samples: furnace.samples / lanes, ..furnace };
                 let kept = |sample: &BsdfSample| sample.weight.lanes()[lane] * sample.eta * sample.eta;
                 furnace.no_gain(|u| draw(&row.bsdf, wo, u).as_ref().map(kept))?;
             }

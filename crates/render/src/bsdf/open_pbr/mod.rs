@@ -131,7 +131,16 @@ struct Film {
     film: ThinFilm,
     metal: Substrate,
     dielectric: Substrate,
+    /// What it adds to the reflectance of paper and glass.
+    effects: FilmEffects,
 }
+
+/// What a film adds to the reflectance of an interface, at cosines whose roots are evenly spaced: enough for albedos, which average it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FilmEffects([Spectrum; FILM_COSINES]);
+
+/// How many cosines.
+const FILM_COSINES: usize = 25;
 
 /// What each lobe is scaled by, seen from `wo`, and how likely it is drawn.
 struct Scales {
@@ -140,7 +149,6 @@ struct Scales {
     metal: Spectrum,
     specular: Spectrum,
     diffuse: Spectrum,
-    glass: Spectrum,
     below_coat: Spectrum,
     pmf: [f32; LOBES],
 }
@@ -160,8 +168,15 @@ const LOBES: usize = 5;
 /// Below this index a rough interface deflects too little for its microfacets to be told from the directions.
 const LEAST_GLASS_INDEX: f32 = 1.01;
 
-/// The binary logarithm of how many microfacets the albedo under a film is estimated by: on paper, and on glass, where more depends on it.
-const FILM_SAMPLES_LOG2: [u32; 2] = [4, 6];
+/// The binary logarithm of how many microfacets the albedo under a film is estimated by: on paper, on glass, where more depends on it,
+/// and on what is so smooth that all are nearly alike.
+const FILM_SAMPLES_LOG2: [u32; 3] = [4, 8, 1];
+
+/// Surfaces with less α are that smooth.
+const FILM_SMOOTH_ALPHA: f32 = 0.01;
+
+/// By how much such an estimate for glass may err: glass under a film loses that, so that it never gains any.
+const FILM_ALBEDO_ERROR: f32 = 0.003;
 
 /// Sheens with less roughness have no albedo to speak of: glTF's limit.
 const LEAST_FUZZ_ALPHA: f32 = 0.07;
@@ -195,10 +210,13 @@ impl OpenPbr {
             index(p.thin_film_ior),
             &p.wavelengths,
         );
-        let film = film.map(|film| Film {
-            film,
-            metal: Substrate::metal(base, color(p.specular_color)),
-            dielectric: Substrate::dielectric(eta),
+        let film = film.map(|film| {
+            let dielectric = Substrate::dielectric(eta);
+            let effects = FilmEffects::new(|cos| {
+                let bare = Spectrum::splat(fresnel::dielectric(cos, eta).reflectance);
+                film.over(bare, cos, &dielectric) - bare
+            });
+            Film { film, metal: Substrate::metal(base, color(p.specular_color)), dielectric, effects }
         });
         let mut surface = Self {
             albedos: albedos(),
@@ -313,8 +331,6 @@ impl OpenPbr {
         let metal = below_coat * metal_gain * self.metal_weight;
         let specular = below_coat * self.specular_color * specular_gain * opaque;
         let diffuse = below_coat * (Spectrum::ONE - self.specular_color * specular_albedo) * opaque;
-        let glass =
-            Spectrum::splat((1.0 - self.metalness) * self.transmission) / self.glass_albedo(wo, mirror);
         let shares = [
             fuzz * fuzz_albedo * self.fuzz.color.max_component(),
             below_fuzz * self.coat.weight * coat_albedo,
@@ -324,13 +340,13 @@ impl OpenPbr {
         ];
         let sum: f32 = shares.iter().sum();
         let pmf = if sum > 0.0 { shares.map(|share| share / sum) } else { [0.0; LOBES] };
-        Scales { fuzz, coat, metal, specular, diffuse, glass, below_coat, pmf }
+        Scales { fuzz, coat, metal, specular, diffuse, below_coat, pmf }
     }
 
     /// How much more the interface of paper reflects by its film, of single scattering, seen from `wo` above.
     fn film_change(&self, wo: Vec3) -> Spectrum {
         let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(FILM_SAMPLES_LOG2[0], |u| {
+        film_mean(self.film_samples_log2(0), |u| {
             let m = self.facets.sample_reflecting(wo, u);
             let cos = wo.dot(m);
             let wi = m * (2.0 * cos) - wo;
@@ -338,33 +354,36 @@ impl OpenPbr {
                 return Spectrum::ZERO;
             }
             let kept = 2.0 * self.facets.reflecting_normalization(wo) * self.facets.visibility(wo, wi) * wi.z;
-            self.film_effect(film, cos) * kept
+            film.effects.at(cos) * kept
         })
+    }
+
+    /// Of [`FILM_SAMPLES_LOG2`], that of a kind of surface.
+    fn film_samples_log2(&self, kind: usize) -> u32 {
+        FILM_SAMPLES_LOG2[if self.alpha < FILM_SMOOTH_ALPHA { 2 } else { kind }]
     }
 
     /// How much more glass scatters by its film: light that is reflected and light that is refracted lose different shares at microfacets.
     fn film_change_of_glass(&self, wo: Vec3) -> Spectrum {
         let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(FILM_SAMPLES_LOG2[1], |u| {
+        film_mean(self.film_samples_log2(1), |u| {
             let Some((cos, [reflected, refracted])) = self.glass.facet(wo, u) else { return Spectrum::ZERO };
-            self.film_effect(film, cos) * (reflected - refracted)
+            film.effects.at(cos) * (reflected - refracted)
         })
     }
 
-    /// What the film adds to the reflectance of an interface under the cosine `cos`.
-    fn film_effect(&self, film: &Film, cos: f32) -> Spectrum {
-        let bare = Spectrum::splat(fresnel::dielectric(cos, self.eta).reflectance);
-        film.film.over(bare, cos, &film.dielectric) - bare
+    /// What refraction and reflection at glass are scaled by; apart from the others, since no density needs it.
+    fn glass_scale(&self, wo: Vec3) -> Spectrum {
+        Spectrum::splat((1.0 - self.metalness) * self.transmission) / self.glass_albedo(wo)
     }
 
-    fn glass_albedo(&self, wo: Vec3, mirror: f32) -> Spectrum {
-        let albedo = if self.transmission == 0.0 {
-            Spectrum::ONE
-        } else if self.thin_walled {
-            Spectrum::splat(mirror)
+    fn glass_albedo(&self, wo: Vec3) -> Spectrum {
+        let albedo = if self.thin_walled {
+            Spectrum::splat(self.albedos.mirror(wo.z.abs(), self.alpha))
         } else {
             let bare = self.albedos.glass(wo.z.abs(), self.alpha, self.eta, wo.z < 0.0);
-            self.film_change_of_glass(wo) + bare
+            let error = if self.film.is_some() { FILM_ALBEDO_ERROR } else { 0.0 };
+            self.film_change_of_glass(wo) + (bare + error)
         };
         // Next to nothing is lost where next to nothing is there to be scaled.
         albedo.map(|albedo| if albedo > 0.0 { albedo } else { 1.0 })
@@ -409,7 +428,7 @@ impl OpenPbr {
         } else {
             self.glass.eval(wo, wi)
         };
-        scales.below_coat * tint * scales.glass * value
+        scales.below_coat * tint * self.glass_scale(wo) * value
     }
 
     /// The share that glass under a film lets through or reflects, given the cosine above.
@@ -562,6 +581,22 @@ fn film_mean(samples_log2: u32, value: impl Fn(Vec2) -> Spectrum) -> Spectrum {
         sum += value(Vec2::new((reversed as f32 + 0.5) * scale, (i as f32 + 0.5) * scale));
     }
     sum * scale
+}
+
+impl FilmEffects {
+    fn new(effect: impl Fn(f32) -> Spectrum) -> Self {
+        Self(std::array::from_fn(|i| {
+            let root = i as f32 / (FILM_COSINES - 1) as f32;
+            effect(root * root)
+        }))
+    }
+
+    /// The effect under a cosine, linear between those that are known.
+    fn at(&self, cos: f32) -> Spectrum {
+        let place = cos.clamp(0.0, 1.0).sqrt() * (FILM_COSINES - 1) as f32;
+        let first = (place as usize).min(FILM_COSINES - 2);
+        self.0[first] + (self.0[first + 1] - self.0[first]) * (place - first as f32)
+    }
 }
 
 impl Darkening {
