@@ -109,7 +109,7 @@ impl FaceImages {
         let exists = |neighbor: &Neighbor| (neighbor.face as usize) < self.faces.len() && neighbor.edge < 4;
         self.faces.iter().position(|face| {
             let is_small = face.size_log2.iter().all(|&log| log <= Face::MOST_LOG2);
-            let values = is_small.then(|| face.stored() * self.channels as u64);
+            let values = is_small.then(|| face.stored().checked_mul(self.channels as u64)).flatten();
             let end = values.and_then(|values| face.first.checked_add(values));
             let range = end
                 .filter(|&end| end <= self.texels.len() as u64)

@@ -188,7 +188,10 @@ pub(crate) fn read(file: &[u8]) -> Result<PtexFile, PtexError> {
     let sizes = inflate(level.take(sizes.into())?, count * 4, "the sizes of faces")?;
 
     let limit = FREE_EXPANSION + MOST_EXPANSION * file.len() as u64;
-    let mut store = Store::new(header.kind, header.channels.into(), limit);
+    // What is kept of every face, whatever its pixels.
+    let kept = count * (size_of::<Face>() as u64 + header.pixel());
+    let budget = limit.checked_sub(kept).ok_or(PtexError::Expansion(limit))?;
+    let mut store = Store::new(header.kind, header.channels.into(), [budget, limit]);
     let mut read = Vec::with_capacity(faces.len() / FACE);
     for (i, (face, size)) in faces.chunks_exact(FACE).zip(sizes.chunks_exact(4)).enumerate() {
         let mut face = face_of(i, Bytes(face), header.faces)?;

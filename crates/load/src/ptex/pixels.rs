@@ -69,13 +69,13 @@ enum Texels {
 }
 
 impl Store {
-    pub(super) fn new(kind: Type, channels: usize, limit: u64) -> Self {
+    pub(super) fn new(kind: Type, channels: usize, [budget, limit]: [u64; 2]) -> Self {
         let texels = match kind {
             Type::U8 => Texels::U8(Vec::new()),
             Type::U16 => Texels::U16(Vec::new()),
             Type::Half | Type::F32 => Texels::F32(Vec::new()),
         };
-        Self { kind, channels, budget: limit, limit, texels }
+        Self { kind, channels, budget, limit, texels }
     }
 
     /// Adds the pixels of face `number`, which `data` holds unless it is constant.

@@ -69,6 +69,13 @@ impl Portal {
         Some(Self { corners: [p0, p2], axes: [x, z.cross(x), z], area: width * height })
     }
 
+    /// Its four corners.
+    fn all_corners(&self) -> [Vec3; 4] {
+        let [first, third] = self.corners;
+        let along = |axis: Vec3| first + axis * axis.dot(third - first);
+        [first, third, along(self.axes[0]), along(self.axes[1])]
+    }
+
     /// Whether `p` is on the side to which light comes.
     pub(crate) fn is_inside(&self, p: Vec3) -> bool {
         (self.corners[0] - p).dot(self.axes[2]) > 0.0
@@ -193,7 +200,7 @@ impl PortalEnvironment {
     /// The window as a lamp that shines into the room.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds {
-            bounds: Bounds3::from_points(self.portal.corners),
+            bounds: Bounds3::from_points(self.portal.all_corners()),
             facing: Cone::of(-self.portal.axes[2]),
             cos_reach: 0.0,
             two_sided: false,
@@ -212,5 +219,19 @@ impl PortalEnvironment {
             sum += self.sky.radiance(direction, wavelengths) * weight;
         }
         sum * (self.portal.area / (SIZE * SIZE) as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lamp_in_the_place_of_a_window_holds_all_its_corners() {
+        // A square that stands on a corner.
+        let corners = [Vec3::X, Vec3::Y, -Vec3::X, -Vec3::Y].map(|corner| corner + Vec3::Z);
+        let portal = Portal::new(corners).expect("a square");
+        let (found, all) = (Bounds3::from_points(portal.all_corners()), Bounds3::from_points(corners));
+        assert!((found.min - all.min).length() + (found.max - all.max).length() < 1e-6, "{found:?}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Design decision: Airy's sum over all orders is evaluated as it is. Four wavelengths have a phase each. In RGB mode a lane is a band of
 //! wavelengths: the sum is taken at wave numbers a constant step apart, whose phases follow from each other by rotation, and averaged by
-//! what the colour sees in daylight. So no lane reflects more than it gets, at any order, and both modes show the same colours. Belcour
+//! what the colour sees in daylight. So no lane reflects more than it gets, at any order, and both modes show the same colours where sRGB has them. Belcour
 //! and Barla sum the first orders by fits of the Fourier transforms of the observer instead, which is made for fewer operations.
 //!
 //! Source: Born, Wolf, *Principles of Optics*, 7th ed., 1999, sections 1.6 and 14.4; Belcour, Barla, *A Practical Extension to
@@ -117,7 +117,7 @@ impl Faces {
         let (top2, bottom2) = (self.top * self.top, re * re + im * im);
         let mixed = 2.0 * self.top * (re * cos - im * sin);
         let passed = 1.0 + top2 * bottom2 + mixed;
-        if passed > 0.0 { ((top2 + bottom2 + mixed) / passed).min(1.0) } else { 1.0 }
+        if passed > 0.0 { ((top2 + bottom2 + mixed) / passed).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// Its mean over all phases.

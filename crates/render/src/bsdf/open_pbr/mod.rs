@@ -9,7 +9,7 @@
 //! Source: *OpenPBR Surface*, version 1.1, Academy Software Foundation, 2024; Turquin, *Practical Multiple Scattering
 //! Compensation for Microfacet Models*, 2019. Deviations: subsurface scattering is diffuse, by its colour; fuzz is that of
 //! Estevez and Kulla; the coat tints by its colour whatever the angle; every lobe is at least slightly rough; light that glass lets pass
-//! counts as kept where the coat darkens.
+//! counts as kept where the coat darkens; rough glass under a film loses 0.3 %, by which its albedo may be in error.
 //!
 //! Deliberately absent: the interior of glass (depth, scattering, dispersion), the anisotropy of the coat, what the index of the coat does
 //! to the reflection of the base, and opacity. Emission is an area light's, which asks [`OpenPbr::veil`] for what the layers let out.
