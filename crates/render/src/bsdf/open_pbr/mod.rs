@@ -9,7 +9,7 @@
 //! Source: *OpenPBR Surface*, version 1.1, Academy Software Foundation, 2024; Turquin, *Practical Multiple Scattering
 //! Compensation for Microfacet Models*, 2019. Deviations: subsurface scattering is diffuse, by its colour; fuzz is that of
 //! Estevez and Kulla; the coat tints by its colour whatever the angle; every lobe is at least slightly rough; light that glass lets pass
-//! counts as kept where the coat darkens; rough glass under a film loses 0.3 %, by which its albedo may be in error.
+//! counts as kept where the coat darkens; rough glass under a film loses 0.4 %, by which its albedo may be in error.
 //!
 //! Deliberately absent: the interior of glass (depth, scattering, dispersion), the anisotropy of the coat, what the index of the coat does
 //! to the reflection of the base, and opacity. Emission is an area light's, which asks [`OpenPbr::veil`] for what the layers let out.
@@ -170,13 +170,13 @@ const LEAST_GLASS_INDEX: f32 = 1.01;
 
 /// The binary logarithm of how many microfacets the albedo under a film is estimated by: on paper, on glass, where more depends on it,
 /// and on what is so smooth that all are nearly alike.
-const FILM_SAMPLES_LOG2: [u32; 3] = [4, 8, 1];
+const FILM_SAMPLES_LOG2: [u32; 3] = [4, 7, 1];
 
 /// Surfaces with less α are that smooth.
 const FILM_SMOOTH_ALPHA: f32 = 0.01;
 
 /// By how much such an estimate for glass may err: glass under a film loses that, so that it never gains any.
-const FILM_ALBEDO_ERROR: f32 = 0.003;
+const FILM_ALBEDO_ERROR: f32 = 0.004;
 
 /// Sheens with less roughness have no albedo to speak of: glTF's limit.
 const LEAST_FUZZ_ALPHA: f32 = 0.07;
