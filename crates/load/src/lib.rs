@@ -26,6 +26,7 @@ mod ptex;
 mod subdivision;
 mod tensor;
 mod words;
+mod zlib;
 
 use std::path::Path;
 

@@ -152,15 +152,9 @@ impl Bench<'_> {
         let mut singles: Vec<RayHit> = rays.iter().map(RayHit::new).collect();
         let mut packed: Vec<RayHit16> = if coherent { embree::pack(rays) } else { Vec::new() };
         let medians = self.medians(&contenders, rays.len(), PART, |contender, part| match contender {
-            Contender::Sahl(tree, query) => {
-                let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
-                thread_seconds(|| {
-                    for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
-                        (NEAREST[query].run)(self.tree(tree), rays, hits);
-                    }
-                    black_box(&hits);
-                })
-            }
+            Contender::Sahl(tree, query) => by_chunks(&rays[part.clone()], &mut hits[part], |rays, hits| {
+                (NEAREST[query].run)(self.tree(tree), rays, hits);
+            }),
             Contender::Single(rival) => {
                 let singles = &mut singles[part.clone()];
                 reset(singles, &rays[part]);
@@ -187,12 +181,8 @@ impl Bench<'_> {
         let mut singles: Vec<embree::Ray> = rays.iter().map(embree::single).collect();
         let medians = self.medians(&contenders, rays.len(), PART, |contender, part| match contender {
             Contender::Sahl(tree, query) => {
-                let (rays, occluded) = (&rays[part.clone()], &mut occluded[part]);
-                thread_seconds(|| {
-                    for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-                        (OCCLUSION[query].run)(self.tree(tree), rays, occluded);
-                    }
-                    black_box(&occluded);
+                by_chunks(&rays[part.clone()], &mut occluded[part], |rays, occluded| {
+                    (OCCLUSION[query].run)(self.tree(tree), rays, occluded);
                 })
             }
             Contender::Single(rival) | Contender::Packets(rival, _) => {
@@ -350,6 +340,16 @@ fn reset(singles: &mut [RayHit], rays: &[Ray]) {
     for (single, ray) in singles.iter_mut().zip(rays) {
         single.reset(ray);
     }
+}
+
+/// Seconds that this thread takes to answer the rays, chunk by chunk.
+fn by_chunks<T>(rays: &[Ray], answers: &mut [T], work: impl Fn(&[Ray], &mut [T])) -> f64 {
+    thread_seconds(|| {
+        for (rays, answers) in rays.chunks(CHUNK).zip(answers.chunks_mut(CHUNK)) {
+            work(rays, answers);
+        }
+        black_box(&answers);
+    })
 }
 
 /// Seconds on the wall in which the threads of a pool answer the rays, turn by turn as they get to it.

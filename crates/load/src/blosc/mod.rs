@@ -26,6 +26,8 @@ use flate2::read::ZlibDecoder;
 use ruzstd::decoding::FrameDecoder;
 use thiserror::Error;
 
+use crate::zlib::MOST_EXPANSION;
+
 /// Bytes of the header.
 const HEADER: usize = 16;
 
@@ -41,9 +43,6 @@ const ONE_STREAM: u8 = 16;
 /// Blocks are split into a stream for each byte of an element if there are at most so many and each gets so many bytes.
 const MOST_STREAMS: usize = 16;
 const LEAST_STREAM: usize = 128;
-
-/// What a chunk may expand to in multiples of its size: as much as Deflate can; LZ4 ends at 255.
-const MOST_EXPANSION: u64 = 1032;
 
 /// The window that every decoder of Zstandard is asked to support.
 const ZSTD_WINDOW: u64 = 8 << 20;

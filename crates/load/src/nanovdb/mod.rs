@@ -11,13 +11,13 @@
 
 mod grid;
 
-use std::io::Read as _;
+use std::io::ErrorKind;
 
-use flate2::read::ZlibDecoder;
 use sahl_scene::SparseGrid;
 use thiserror::Error;
 
 use crate::blosc::{self, BloscError};
+use crate::zlib;
 
 /// Bytes of a segment's header, and of the description of a grid in it.
 const HEADER: usize = 16;
@@ -135,14 +135,10 @@ pub(crate) fn read(bytes: &[u8], name: &str) -> Result<Option<SparseGrid>, NanoV
 fn unzip(entry: &Entry<'_>) -> Result<Vec<u8>, NanoVdbError> {
     let stored = Bytes(entry.stored);
     let compressed = stored.part(8, stored.u64(0)?)?;
-    let mut grid = Vec::new();
-    // The size that the file claims bounds what is taken, and nothing is set aside for it beforehand.
-    let result = ZlibDecoder::new(compressed).take(entry.size).read_to_end(&mut grid);
-    match result {
-        Ok(count) if count as u64 == entry.size => Ok(grid),
-        Ok(_) => Err(NanoVdbError::Truncated),
-        Err(error) => Err(NanoVdbError::Damaged(error.to_string())),
-    }
+    zlib::inflate(compressed, entry.size).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => NanoVdbError::Truncated,
+        _ => NanoVdbError::Damaged(error.to_string()),
+    })
 }
 
 /// The grid's bytes, from chunks of at most a gigabyte, each after a count of its bytes.

@@ -14,17 +14,14 @@
 
 mod pixels;
 
-use std::io::Read as _;
-
-use flate2::read::ZlibDecoder;
 use sahl_scene::{Face, FaceImages, Neighbor};
 use thiserror::Error;
 
+use crate::zlib::{self, MOST_EXPANSION};
 use pixels::{Encoding, Store, Type};
 
 /// What a file may expand to: this many bytes, and so many times its own size, as much as Deflate can.
 const FREE_EXPANSION: u64 = 16 << 20;
-const MOST_EXPANSION: u64 = 1032;
 
 /// Bytes of the header, and of what is told about a face and about a level.
 const HEADER: usize = 64;
@@ -109,14 +106,7 @@ impl<'a> Bytes<'a> {
 
 /// `compressed` as the `length` bytes that it must expand to; `what` is what it holds.
 fn inflate(compressed: &[u8], length: u64, what: &'static str) -> Result<Vec<u8>, PtexError> {
-    if length > MOST_EXPANSION * compressed.len() as u64 {
-        return Err(PtexError::Damaged(what));
-    }
-    let mut bytes = Vec::with_capacity(length as usize);
-    match ZlibDecoder::new(compressed).take(length).read_to_end(&mut bytes) {
-        Ok(count) if count as u64 == length => Ok(bytes),
-        _ => Err(PtexError::Damaged(what)),
-    }
+    zlib::inflate(compressed, length).map_err(|_| PtexError::Damaged(what))
 }
 
 /// What the header says that matters.

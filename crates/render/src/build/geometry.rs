@@ -94,7 +94,7 @@ impl<'a> GeometryBuilder<'a> {
                     None => group.push(index),
                 }
                 let span = self.description.shapes.origin(handle).span;
-                if shape.area_light.is_some() || lights.emission_of(shape.material, span).is_some() {
+                if shape.area_light.is_some() || lights.may_emit(shape.material) {
                     lights.refuse_instanced(span);
                 }
             }
@@ -117,9 +117,8 @@ impl<'a> GeometryBuilder<'a> {
     ) -> Option<(AreaLight, Option<Arc<OpenPbrSource>>)> {
         let shape = &self.description.shapes[handle];
         let span = self.description.shapes.origin(handle).span;
-        let by_material = lights.emission_of(shape.material, span);
-        let Some(area_light) = &shape.area_light else { return by_material };
-        if by_material.is_some() {
+        let Some(area_light) = &shape.area_light else { return lights.emission_of(shape.material, span) };
+        if lights.may_emit(shape.material) {
             lights.refuse_second_emission(span);
         }
         (!self.is_open(handle)).then(|| (area_light.clone(), None))

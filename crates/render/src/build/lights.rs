@@ -152,7 +152,7 @@ impl<'a> LightBuilder<'a> {
                 Some((light, veil))
             }
             Material::Mix { .. } => {
-                if self.has_part_that_emits(material) {
+                if self.may_emit(material) {
                     let message = "a shape does not emit what a part of a mixed material emits";
                     self.diagnostics.push(
                         Diagnostic::warning("mixed-emission", span, message)
@@ -166,8 +166,8 @@ impl<'a> LightBuilder<'a> {
         }
     }
 
-    /// Whether a material that is made of others has one among them that emits. Each is looked at once, however many mixes share it.
-    fn has_part_that_emits(&self, material: Handle<Material>) -> bool {
+    /// Whether a material, or one among those that it is made of, emits. Each is looked at once, however many mixes share it.
+    pub(super) fn may_emit(&self, material: Handle<Material>) -> bool {
         let (mut open, mut seen) = (vec![material], BTreeSet::new());
         while let Some(material) = open.pop() {
             let material = &self.description.materials[material];

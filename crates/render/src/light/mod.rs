@@ -73,6 +73,14 @@ pub(crate) struct LightSample {
     pub(crate) end: Option<(Vec3, Vec3, Vec3)>,
 }
 
+/// By what a light is chosen.
+enum ChosenBy {
+    /// Where it is, where it shines, and how strongly.
+    Place(LightBounds),
+    /// What arrives from infinitely far away.
+    Strength(Strength),
+}
+
 impl Light {
     /// Light that arrives at `from`; `None` where none can.
     #[inline]
@@ -182,33 +190,29 @@ impl Light {
         }
     }
 
-    /// Where the light is, where it shines, and how strongly; `None` for lights that are infinitely far away. A portal is where
-    /// its window is.
-    fn bounds(&self) -> Option<LightBounds> {
+    /// By what it is chosen. A portal is where its window is; others are infinitely far away.
+    fn chosen_by(&self) -> ChosenBy {
+        use std::f32::consts::PI;
         match self {
-            Self::Point(light) => Some(LightBounds::point(light.position, light.intensity.mean())),
-            Self::Spot(light) => Some(light.bounds()),
-            Self::Goniometric(light) => Some(light.bounds()),
-            Self::Projection(light) => Some(light.bounds()),
-            Self::Area(light) => Some(light.bounds()),
-            Self::Portal(light) => Some(light.bounds()),
-            Self::Distant(_) | Self::Uniform(_) | Self::Image(_) => None,
+            Self::Point(light) => ChosenBy::Place(LightBounds::point(light.position, light.intensity.mean())),
+            Self::Spot(light) => ChosenBy::Place(light.bounds()),
+            Self::Goniometric(light) => ChosenBy::Place(light.bounds()),
+            Self::Projection(light) => ChosenBy::Place(light.bounds()),
+            Self::Area(light) => ChosenBy::Place(light.bounds()),
+            Self::Portal(light) => ChosenBy::Place(light.bounds()),
+            Self::Distant(light) => {
+                ChosenBy::Strength(Strength::Parallel(light.irradiance.mean(), -light.direction))
+            }
+            Self::Uniform(radiance) => ChosenBy::Strength(Strength::AllRound(4.0 * PI * radiance.mean())),
+            Self::Image(light) => ChosenBy::Strength(Strength::AllRound(light.sampled_fluence())),
         }
     }
 
-    /// How much a light gives that is infinitely far away; nothing for others.
-    fn strength(&self) -> Strength {
-        use std::f32::consts::PI;
-        match self {
-            Self::Distant(light) => Strength::Parallel(light.irradiance.mean(), -light.direction),
-            Self::Uniform(radiance) => Strength::AllRound(4.0 * PI * radiance.mean()),
-            Self::Image(light) => Strength::AllRound(light.sampled_fluence()),
-            Self::Point(_)
-            | Self::Spot(_)
-            | Self::Goniometric(_)
-            | Self::Projection(_)
-            | Self::Area(_)
-            | Self::Portal(_) => Strength::AllRound(0.0),
+    /// Where the light is, where it shines, and how strongly; `None` for lights that are infinitely far away.
+    fn bounds(&self) -> Option<LightBounds> {
+        match self.chosen_by() {
+            ChosenBy::Place(bounds) => Some(bounds),
+            ChosenBy::Strength(_) => None,
         }
     }
 

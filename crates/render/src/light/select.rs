@@ -18,7 +18,7 @@ use super::tree::{BELOW_ONE, LightTree};
 use crate::bsdf::Reach;
 use crate::distribution::AliasTable;
 use crate::interaction::Interaction;
-use crate::light::Light;
+use crate::light::{ChosenBy, Light};
 use crate::sampler::mix;
 use crate::spectrum::Wavelengths;
 
@@ -159,9 +159,9 @@ impl TreeSelection {
         let mut infinite = Vec::new();
         for ((index, light), &weight) in (0_u32..).zip(lights).zip(weights) {
             if weight > 0.0 {
-                match light.bounds() {
-                    Some(bounds) => bounded.push((bounds, index)),
-                    None => infinite.push((light.strength(), index)),
+                match light.chosen_by() {
+                    ChosenBy::Place(bounds) => bounded.push((bounds, index)),
+                    ChosenBy::Strength(strength) => infinite.push((strength, index)),
                 }
             }
         }

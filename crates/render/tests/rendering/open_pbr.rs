@@ -94,13 +94,16 @@ fn emission_that_is_not_shown_is_reported() {
     let (mut twice, lamp) = lit_floor(|scene| open_pbr(scene, glowing()));
     emit(&mut twice, lamp, 3.0);
     assert_eq!(codes(&twice), ["second-emission"]);
-    let (mut mixed, _) = lit_floor(|scene| {
+    let (mut mixed, lamp) = lit_floor(|scene| {
         let parts = [open_pbr(scene, glowing()), diffuse(scene, 0.5)];
         let amount = FloatParam::Constant(0.5);
         scene.materials.push(Material::Mix { materials: parts, amount }, Origin::default())
     });
     sky(&mut mixed, grey(1.0));
     assert_eq!(codes(&mixed), ["mixed-emission"]);
+    // It has the area light that it would be told to have.
+    emit(&mut mixed, lamp, 3.0);
+    assert_eq!(codes(&mixed), ["second-emission"]);
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn meshes_are_checked() {
             normals: Some([Vec3::X].into()),
             tangents: None,
             uvs: Some([Vec2::ZERO, Vec2::ZERO, Vec2::splat(f32::INFINITY)].into()),
-            face_indices: None,
+            face_indices: Some([7].into()),
         };
         scene.triangle_meshes.push(mesh, named("torn"));
         let mesh = PatchMesh {
@@ -161,6 +161,7 @@ fn meshes_are_checked() {
     Error bad-number: the position of vertex 2 of triangle mesh `torn` is not finite
     Error attribute-count: triangle mesh `torn` has 1 normals for 3 vertices
     Error bad-number: the texture coordinate of vertex 2 of triangle mesh `torn` is not finite
+    Error attribute-count: triangle mesh `torn` has 1 face indices for 2 faces
     Error index-out-of-range: face 0 of patch mesh refers to vertex 4 of 4
     ");
 }
@@ -315,6 +316,30 @@ fn textures_have_numbers_in_range() {
     Error bad-number: the direction of texture `mix` is (0, 0, 0): expected one that is not zero
     Error bad-number: the mapping of texture `dots` is inf: expected a finite number
     Error bad-number: the anisotropy of texture `picture` is 0.5: expected 1 to 64
+    ");
+}
+
+#[test]
+fn images_of_faces_are_checked() {
+    let face = Face { first: 0, size_log2: [1, 0], is_constant: false, neighbors: [None; 4], is_part: false };
+    let texture = |faces: Vec<Face>, channels: usize, values: Vec<f32>, scale: f32| {
+        let images = FaceImages { channels, faces: faces.into(), texels: FaceTexels::F32(values.into()) };
+        Texture::Faces(FaceTexture { images: Arc::new(images), encoding: Encoding::Linear, scale })
+    };
+    insta::assert_snapshot!(told(|scene| {
+        scene.textures.push(texture(vec![face], 1, vec![0.5; 2], 1.0), named("sound"));
+        scene.textures.push(texture(vec![face], 1, vec![0.5], 1.0), named("short"));
+        scene.textures.push(texture(vec![face], 1, vec![0.5, f32::NAN], 1.0), named("not a number"));
+        scene.textures.push(texture(vec![face], usize::MAX, vec![0.5; 2], 1.0), named("endless"));
+        scene.textures.push(texture(vec![face], 2, vec![0.5; 4], f32::NAN), named("of two channels"));
+        scene.textures.push(texture(Vec::new(), 1, Vec::new(), 1.0), named("empty"));
+    }), @r"
+    Error bad-image: face 0 of texture `short` has pixels that are not finite, or refers to what is not there
+    Error bad-image: face 0 of texture `not a number` has pixels that are not finite, or refers to what is not there
+    Error bad-image: face 0 of texture `endless` has pixels that are not finite, or refers to what is not there
+    Error bad-number: the scale of texture `of two channels` is NaN: expected a finite number
+    Error bad-image: texture `of two channels` has no faces, or neither one channel nor three
+    Error bad-image: texture `empty` has no faces, or neither one channel nor three
     ");
 }
 

@@ -110,14 +110,15 @@ impl Faces {
         [perpendicular, parallel]
     }
 
-    /// The share of light that both faces reflect together, given the cosine and the sine of the phase between them.
+    /// The share of light that both faces reflect together, given the cosine and the sine of the phase between them; rounding may take it a
+    /// little out of [0, 1].
     #[inline]
     fn reflectance(&self, [cos, sin]: [f32; 2]) -> f32 {
         let [re, im] = self.bottom;
         let (top2, bottom2) = (self.top * self.top, re * re + im * im);
         let mixed = 2.0 * self.top * (re * cos - im * sin);
         let passed = 1.0 + top2 * bottom2 + mixed;
-        if passed > 0.0 { ((top2 + bottom2 + mixed) / passed).clamp(0.0, 1.0) } else { 1.0 }
+        if passed > 0.0 { (top2 + bottom2 + mixed) / passed } else { 1.0 }
     }
 
     /// Its mean over all phases.
@@ -136,8 +137,8 @@ impl ThinFilm {
             Wavelengths::Rgb => Waves::Bands(bands()),
             Wavelengths::Sampled(hero) => Waves::Lines(hero.lambda().map(|lambda| 1000.0 / lambda)),
         };
-        let thickness = if thickness.is_finite() { thickness.max(0.0) } else { 0.0 };
-        (weight > 0.0).then_some(Self { weight, thickness, eta: eta.max(1.0), waves })
+        let is_there = weight > 0.0 && thickness > 0.0 && thickness.is_finite() && eta > 1.0;
+        is_there.then_some(Self { weight, thickness, eta, waves })
     }
 
     /// The reflectance of a surface of which `below` is what the film covers, and `bare` the reflectance of what it does not. `cos` is that of
@@ -162,7 +163,7 @@ impl ThinFilm {
         match self.waves {
             Waves::Lines(waves) => Spectrum::from_lanes(std::array::from_fn(|lane| {
                 let phase = phase(longer * waves[lane]);
-                mean_of(faces(lane), |faces| faces.reflectance(phase))
+                mean_of(faces(lane), |faces| faces.reflectance(phase)).clamp(0.0, 1.0)
             })),
             Waves::Bands(_) if longer > LONGEST_FRINGE => {
                 Spectrum::from_rgb([0, 1, 2].map(|lane| mean_of(faces(lane), Faces::mean)))
@@ -261,8 +262,20 @@ mod tests {
         (Wavelengths::Sampled(hero), hero.lambda())
     }
 
+    /// Also one that would change nothing.
     fn film(thickness: f32, eta: f32, wavelengths: &Wavelengths) -> ThinFilm {
-        ThinFilm::new(1.0, thickness, eta, wavelengths).unwrap()
+        let film = ThinFilm::new(1.0, 1.0, 2.0, wavelengths).unwrap();
+        ThinFilm { thickness, eta, ..film }
+    }
+
+    #[test]
+    fn what_changes_nothing_is_no_film() {
+        for (weight, thickness, eta) in
+            [(0.0, 0.5, 1.4), (1.0, 0.0, 1.4), (1.0, 0.5, 1.0), (1.0, f32::NAN, 1.4)]
+        {
+            assert_eq!(ThinFilm::new(weight, thickness, eta, &Wavelengths::Rgb), None);
+        }
+        assert!(ThinFilm::new(0.5, 0.1, 1.1, &Wavelengths::Rgb).is_some());
     }
 
     fn cosines() -> impl Iterator<Item = f32> {
@@ -340,6 +353,23 @@ mod tests {
         let metal = Substrate::metal(normal, edge);
         let difference = (fresnel::conductor(1.0, metal.eta, metal.k) - normal).map(f32::abs);
         assert!(difference.max_component() < 1e-4, "{metal:?} {difference:?}");
+    }
+
+    #[test]
+    fn two_faces_reflect_no_more_than_they_get() {
+        for below in [[1.5, 0.0], [1.0, 0.0], [2.4, 0.0], [0.2, 3.5], [5e-5, 1.0]] {
+            for eta in [1.001_f32, 1.33, 2.5] {
+                for cos in cosines().skip(1).chain([1e-6]) {
+                    let cos_film = ((eta * eta - 1.0 + cos * cos) / (eta * eta)).sqrt();
+                    for faces in Faces::new((cos, cos_film), eta, below) {
+                        for turn in 0..64 {
+                            let r = faces.reflectance(phase(turn as f32 / 64.0));
+                            assert!((-1e-5..=1.0 + 1e-5).contains(&r), "{below:?} {eta} {cos} {turn}: {r}");
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]

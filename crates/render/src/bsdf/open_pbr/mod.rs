@@ -17,6 +17,8 @@
 //! In a scene file: `Material "openpbr" "rgb base_color" [ .9 .7 .3 ] "float base_metalness" 1 "float coat_weight" 1`.
 
 mod albedo;
+mod base_film;
+mod darkening;
 mod film;
 mod lobes;
 
@@ -30,7 +32,8 @@ use super::{BsdfSample, Reach, Scatter, ScatterKind, flip_z, fresnel};
 use crate::spectrum::{Spectrum, Wavelengths};
 use crate::warp;
 use albedo::{Albedos, INDEX_RANGE, albedos};
-use film::{Substrate, ThinFilm};
+use base_film::BaseFilm;
+use darkening::{Darkening, mean_reflectance};
 use lobes::{MetalFresnel, fuzz_density, fuzz_visibility, reflection, reflection_pdf, rough_diffuse};
 
 /// The parameters of an OpenPBR surface at a point, by the names of its specification. Colours and weights lie in
@@ -81,7 +84,7 @@ pub struct OpenPbr {
     /// Of the metal's reflection.
     metal_weight: f32,
     eta: f32,
-    film: Option<Film>,
+    film: Option<BaseFilm>,
     /// Reflectances at normal incidence, of the metal and of the rest, with the film.
     normal: [Spectrum; 2],
     specular_color: Spectrum,
@@ -112,36 +115,6 @@ struct Coating {
     darkening: Darkening,
 }
 
-/// What light loses by going to and fro between base and coat.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Darkening {
-    /// How much of the effect there is.
-    weight: f32,
-    /// The share of light from a rough base that the coat sends back to it.
-    rough_return: f32,
-    /// How rough the base is, from zero to one.
-    roughness: f32,
-    /// What the base keeps of light at normal incidence.
-    base_albedo: Spectrum,
-}
-
-/// A film, and what it lies on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Film {
-    film: ThinFilm,
-    metal: Substrate,
-    dielectric: Substrate,
-    /// What it adds to the reflectance of paper and glass.
-    effects: FilmEffects,
-}
-
-/// What a film adds to the reflectance of an interface, at cosines whose roots are evenly spaced: enough for albedos, which average it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct FilmEffects([Spectrum; FILM_COSINES]);
-
-/// How many cosines.
-const FILM_COSINES: usize = 25;
-
 /// What each lobe is scaled by, seen from `wo`, and how likely it is drawn.
 struct Scales {
     fuzz: f32,
@@ -167,16 +140,6 @@ const LOBES: usize = 5;
 
 /// Below this index a rough interface deflects too little for its microfacets to be told from the directions.
 const LEAST_GLASS_INDEX: f32 = 1.01;
-
-/// The binary logarithm of how many microfacets the albedo under a film is estimated by: on paper, on glass, where more depends on it,
-/// and on what is so smooth that all are nearly alike.
-const FILM_SAMPLES_LOG2: [u32; 3] = [4, 7, 1];
-
-/// Surfaces with less α are that smooth.
-const FILM_SMOOTH_ALPHA: f32 = 0.01;
-
-/// By how much such an estimate for glass may err: glass under a film loses that, so that it never gains any.
-const FILM_ALBEDO_ERROR: f32 = 0.004;
 
 /// Sheens with less roughness have no albedo to speak of: glTF's limit.
 const LEAST_FUZZ_ALPHA: f32 = 0.07;
@@ -204,20 +167,7 @@ impl OpenPbr {
         let subsurface = unit(p.subsurface_weight);
         let coat_alpha = slope(p.coat_roughness);
         let metal = MetalFresnel::new(base, color(p.specular_color));
-        let film = ThinFilm::new(
-            unit(p.thin_film_weight),
-            p.thin_film_thickness,
-            index(p.thin_film_ior),
-            &p.wavelengths,
-        );
-        let film = film.map(|film| {
-            let dielectric = Substrate::dielectric(eta);
-            let effects = FilmEffects::new(|cos| {
-                let bare = Spectrum::splat(fresnel::dielectric(cos, eta).reflectance);
-                film.over(bare, cos, &dielectric) - bare
-            });
-            Film { film, metal: Substrate::metal(base, color(p.specular_color)), dielectric, effects }
-        });
+        let film = BaseFilm::new(p, [base, color(p.specular_color)], eta);
         let mut surface = Self {
             albedos: albedos(),
             fuzz: Fuzz {
@@ -283,14 +233,14 @@ impl OpenPbr {
     #[inline]
     fn metal_reflectance(&self, cos: f32) -> Spectrum {
         let bare = self.metal.at(cos);
-        self.film.as_ref().map_or(bare, |film| film.film.over(bare, cos, &film.metal))
+        self.film.as_ref().map_or(bare, |film| film.over_metal(bare, cos))
     }
 
     /// What paper and glass reflect under the cosine `cos`, that of the ray outside, before their tint.
     #[inline]
     fn dielectric_reflectance(&self, cos: f32) -> Spectrum {
         let bare = Spectrum::splat(fresnel::dielectric(cos, self.eta).reflectance);
-        self.film.as_ref().map_or(bare, |film| film.film.over(bare, cos, &film.dielectric))
+        self.film.as_ref().map_or(bare, |film| film.over_dielectric(bare, cos))
     }
 
     /// What the layers over the base do under the cosine `cos`.
@@ -325,8 +275,11 @@ impl OpenPbr {
         let opaque = (1.0 - self.metalness) * (1.0 - self.transmission);
         let metal_gain = self.normal[0].map(|normal| gain(normal, mirror));
         let specular_gain = self.normal[1].map(|normal| gain(normal, mirror));
-        let film_change = if opaque > 0.0 { self.film_change(above(wo)) } else { Spectrum::ZERO };
-        let single = film_change + albedos.reflected(cos, self.alpha, self.eta);
+        let bare = Spectrum::splat(albedos.reflected(cos, self.alpha, self.eta));
+        let single = match &self.film {
+            Some(film) if opaque > 0.0 => bare + film.change_of_paper(&self.facets, self.alpha, above(wo)),
+            _ => bare,
+        };
         let specular_albedo = (single * specular_gain).clamp(0.0, 1.0);
         let metal = below_coat * metal_gain * self.metal_weight;
         let specular = below_coat * self.specular_color * specular_gain * opaque;
@@ -343,35 +296,6 @@ impl OpenPbr {
         Scales { fuzz, coat, metal, specular, diffuse, below_coat, pmf }
     }
 
-    /// How much more the interface of paper reflects by its film, of single scattering, seen from `wo` above.
-    fn film_change(&self, wo: Vec3) -> Spectrum {
-        let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(self.film_samples_log2(0), |u| {
-            let m = self.facets.sample_reflecting(wo, u);
-            let cos = wo.dot(m);
-            let wi = m * (2.0 * cos) - wo;
-            if wi.z <= 0.0 {
-                return Spectrum::ZERO;
-            }
-            let kept = 2.0 * self.facets.reflecting_normalization(wo) * self.facets.visibility(wo, wi) * wi.z;
-            film.effects.at(cos) * kept
-        })
-    }
-
-    /// Of [`FILM_SAMPLES_LOG2`], that of a kind of surface.
-    fn film_samples_log2(&self, kind: usize) -> u32 {
-        FILM_SAMPLES_LOG2[if self.alpha < FILM_SMOOTH_ALPHA { 2 } else { kind }]
-    }
-
-    /// How much more glass scatters by its film: light that is reflected and light that is refracted lose different shares at microfacets.
-    fn film_change_of_glass(&self, wo: Vec3) -> Spectrum {
-        let Some(film) = &self.film else { return Spectrum::ZERO };
-        film_mean(self.film_samples_log2(1), |u| {
-            let Some((cos, [reflected, refracted])) = self.glass.facet(wo, u) else { return Spectrum::ZERO };
-            film.effects.at(cos) * (reflected - refracted)
-        })
-    }
-
     /// What refraction and reflection at glass are scaled by; apart from the others, since no density needs it.
     fn glass_scale(&self, wo: Vec3) -> Spectrum {
         Spectrum::splat((1.0 - self.metalness) * self.transmission) / self.glass_albedo(wo)
@@ -381,9 +305,9 @@ impl OpenPbr {
         let albedo = if self.thin_walled {
             Spectrum::splat(self.albedos.mirror(wo.z.abs(), self.alpha))
         } else {
-            let bare = self.albedos.glass(wo.z.abs(), self.alpha, self.eta, wo.z < 0.0);
-            let error = if self.film.is_some() { FILM_ALBEDO_ERROR } else { 0.0 };
-            self.film_change_of_glass(wo) + (bare + error)
+            let bare = Spectrum::splat(self.albedos.glass(wo.z.abs(), self.alpha, self.eta, wo.z < 0.0));
+            let change = |film: &BaseFilm| film.change_of_glass(&self.glass, self.alpha, wo);
+            bare + self.film.as_ref().map_or(Spectrum::ZERO, change)
         };
         // Next to nothing is lost where next to nothing is there to be scaled.
         albedo.map(|albedo| if albedo > 0.0 { albedo } else { 1.0 })
@@ -563,60 +487,6 @@ fn weighted_index(eta: f32, weight: f32) -> f32 {
 fn fresnel_normal(eta: f32) -> f32 {
     let root = (eta - 1.0) / (eta + 1.0);
     root * root
-}
-
-/// The reflectance of an interface to matter of the index `eta`, from 1 to 3, for light from all sides.
-///
-/// Source: d'Eon, *A Hitchhiker's Guide to Multiple Scattering*, 2021, whose fit OpenPBR 1.1 recommends for coats.
-fn mean_reflectance(eta: f32) -> f32 {
-    ((10893.0 * eta - 1438.2) / (-774.4 * eta * eta + 10212.0 * eta + 1.0)).ln().clamp(0.0, 1.0)
-}
-
-/// The mean over a few points of the unit square, which are Hammersley's.
-fn film_mean(samples_log2: u32, value: impl Fn(Vec2) -> Spectrum) -> Spectrum {
-    let scale = 1.0 / (1 << samples_log2) as f32;
-    let mut sum = Spectrum::ZERO;
-    for i in 0..1_u32 << samples_log2 {
-        let reversed = i.reverse_bits() >> (32 - samples_log2);
-        sum += value(Vec2::new((reversed as f32 + 0.5) * scale, (i as f32 + 0.5) * scale));
-    }
-    sum * scale
-}
-
-impl FilmEffects {
-    fn new(effect: impl Fn(f32) -> Spectrum) -> Self {
-        Self(std::array::from_fn(|i| {
-            let root = i as f32 / (FILM_COSINES - 1) as f32;
-            effect(root * root)
-        }))
-    }
-
-    /// The effect under a cosine, linear between those that are known.
-    fn at(&self, cos: f32) -> Spectrum {
-        let place = cos.clamp(0.0, 1.0).sqrt() * (FILM_COSINES - 1) as f32;
-        let first = (place as usize).min(FILM_COSINES - 2);
-        self.0[first] + (self.0[first + 1] - self.0[first]) * (place - first as f32)
-    }
-}
-
-impl Darkening {
-    /// A coat that sends nothing back.
-    const NONE: Self = Self { weight: 0.0, rough_return: 0.0, roughness: 0.0, base_albedo: Spectrum::ZERO };
-
-    /// What the base is multiplied by, seen under the cosine `cos` through a coat of the index `eta`.
-    fn at(&self, cos: f32, eta: f32) -> Spectrum {
-        if self.weight == 0.0 {
-            return Spectrum::ONE;
-        }
-        let smooth_return = fresnel::dielectric(cos, eta).reflectance;
-        let k = smooth_return + (self.rough_return - smooth_return) * self.roughness;
-        // One where nothing is absorbed, whatever comes back.
-        let darkened = self.base_albedo.map(|albedo| {
-            let lost = k * (1.0 - albedo);
-            if lost > 0.0 { 1.0 - lost / (1.0 - albedo * k) } else { 1.0 }
-        });
-        Spectrum::ONE + (darkened - Spectrum::ONE) * self.weight
-    }
 }
 
 /// What a lobe gains by light that bounces more than once, of which `normal` is kept each time (Turquin 2019).
