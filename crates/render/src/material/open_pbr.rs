@@ -94,22 +94,24 @@ impl OpenPbrSource {
         wavelengths: &Wavelengths,
     ) -> Spectrum {
         let mut wavelengths = *wavelengths;
-        self.surface(&Query { textures, at, wavelengths: &mut wavelengths, regularize: false }).veil(cos)
+        let query = Query { textures, at, wavelengths: &mut wavelengths, regularize: false };
+        // No film on the base: it does not dim what comes from below it, and takes time.
+        OpenPbr::new(&OpenPbrParameters { thin_film_weight: 0.0, ..self.parameters(&query) }).veil(cos)
     }
 
     #[inline(never)]
     pub(super) fn bsdf<'r>(&self, query: &Query<'_>, room: &'r mut BsdfRoom) -> Bsdf<'r> {
-        room.keep(Large::OpenPbr(self.surface(query)))
+        room.keep(Large::OpenPbr(OpenPbr::new(&self.parameters(query))))
     }
 
-    fn surface(&self, query: &Query<'_>) -> OpenPbr {
+    fn parameters(&self, query: &Query<'_>) -> OpenPbrParameters {
         let number = |source| query.float(source);
         let color = |source| query.spectrum(source);
         let roughness = |source| {
             let alpha = query.float(source) * query.float(source);
             if query.regularize { regularized(alpha).sqrt() } else { query.float(source) }
         };
-        OpenPbr::new(&OpenPbrParameters {
+        OpenPbrParameters {
             base_weight: number(&self.base_weight),
             base_color: color(&self.base_color),
             base_diffuse_roughness: number(&self.base_diffuse_roughness),
@@ -136,6 +138,6 @@ impl OpenPbrSource {
             thin_film_ior: number(&self.thin_film_ior),
             thin_walled: self.thin_walled,
             wavelengths: *query.wavelengths,
-        })
+        }
     }
 }
