@@ -3,7 +3,7 @@
 use sahl_math::Bounds3;
 
 use crate::accel::{Accel, Structure};
-use crate::build::{self, Reference};
+use crate::build::{self, BinaryTree, Reference};
 use crate::filter::Filtered;
 use crate::instance::PlacedGroup;
 use crate::kernel::Machine;
@@ -157,9 +157,10 @@ impl<'a> Assembly<'a> {
         let Some(mut tree) = build::build(input.references, input.extent, self.options, &vertices) else {
             return nothing;
         };
-        let appended = layout::append_tree(trees, &mut tree, &vertices, cost).or_else(|layout::TooLarge| {
-            layout::append_tree(trees, &mut build::build_compact(&tree, &vertices), &vertices, cost)
-        });
+        let machine = Machine::choose(self.options.tier);
+        let mut append = |tree: &mut BinaryTree| layout::append_tree(trees, tree, &vertices, cost, machine);
+        let appended =
+            append(&mut tree).or_else(|layout::TooLarge| append(&mut build::build_compact(&tree, &vertices)));
         appended.unwrap_or_else(|layout::TooLarge| {
             // All references are taken, by this tree or those before it.
             self.unplaced += count;

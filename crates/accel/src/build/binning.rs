@@ -223,7 +223,7 @@ impl Task for FillSample<'_> {
     fn run<I: Isa>(self, isa: I) {
         for chunk in self.references.chunks(SAMPLE_STRIDE) {
             for reference in &chunk[..SAMPLE.min(chunk.len())] {
-                add(isa, self.bins, reference, self.mapping.bins(reference));
+                add(isa, self.bins, reference, self.mapping.bins(isa, reference));
             }
         }
     }

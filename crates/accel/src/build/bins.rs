@@ -85,22 +85,21 @@ impl Task for Fill<'_> {
         if let Some(others) = others {
             let (pairs, last) = references.as_chunks();
             for [first, second] in pairs {
-                add(isa, bins, first, mapping.bins(first));
-                add(isa, others, second, mapping.bins(second));
+                add(isa, bins, first, mapping.bins(isa, first));
+                add(isa, others, second, mapping.bins(isa, second));
             }
             rest = last;
         }
         for reference in rest {
-            add(isa, bins, reference, mapping.bins(reference));
+            add(isa, bins, reference, mapping.bins(isa, reference));
         }
     }
 }
 
 /// Puts a reference into its bins on the three axes.
 #[inline(always)]
-pub(super) fn add<I: Isa>(isa: I, bins: &mut Bins, reference: &Reference, places: [u32; 3]) {
+pub(super) fn add<I: Isa>(isa: I, bins: &mut Bins, reference: &Reference, places: [usize; 3]) {
     for (row, place) in bins.0.iter_mut().zip(places) {
-        let place = place as usize;
         row.bounds[place] = row.bounds[place].union_on(isa, reference.bounds());
         row.counts[place] += 1;
     }
@@ -117,25 +116,27 @@ impl Task for FindPlane<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Option<Plane> {
+        let count = self.count.min(MAX_BINS);
         let mut best = Plane { cost: f32::INFINITY, axis: 0, bin: 0 };
         for (axis, row) in self.bins.0.iter().enumerate() {
             // Infinite times zero over no primitives: NaN, which no comparison takes.
-            let mut costs = [f32::INFINITY; MAX_BINS];
+            let mut right_costs = [f32::INFINITY; MAX_BINS];
             let (mut bounds, mut primitives) = (Box8::EMPTY, 0);
-            for i in (1..self.count).rev() {
+            for i in (1..count).rev() {
                 bounds = bounds.union_on(isa, &row.bounds[i]);
                 primitives += row.counts[i];
-                costs[i - 1] = bounds.half_area() * blocks(primitives);
+                right_costs[i] = bounds.half_area() * blocks(primitives);
             }
             let (mut bounds, mut primitives) = (Box8::EMPTY, 0);
-            for (i, cost) in costs[..self.count - 1].iter_mut().enumerate() {
-                bounds = bounds.union_on(isa, &row.bounds[i]);
-                primitives += row.counts[i];
-                *cost += bounds.half_area() * blocks(primitives);
+            let mut least = (f32::INFINITY, 0);
+            for i in 1..count {
+                bounds = bounds.union_on(isa, &row.bounds[i - 1]);
+                primitives += row.counts[i - 1];
+                let cost = bounds.half_area() * blocks(primitives) + right_costs[i];
+                least = if cost < least.0 { (cost, i - 1) } else { least };
             }
-            let bin = first_least(&costs);
-            if costs[bin] < best.cost {
-                best = Plane { cost: costs[bin], axis, bin: bin as u32 };
+            if least.0 < best.cost {
+                best = Plane { cost: least.0, axis, bin: least.1 as u32 };
             }
         }
         (best.cost > 0.0 && best.cost < f32::INFINITY).then_some(best)

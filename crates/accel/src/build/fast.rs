@@ -28,7 +28,7 @@ pub(super) fn build(references: Vec<Reference>, extent: &Extent, binning: Binnin
         chunks.flat_map_iter(|(i, keys)| groups(i * CHUNK, keys, &references)).collect();
     let count = groups.len();
     let range = Range { slots: &mut groups, count, divisible: 0, extent: Extent::around(extent.bounds) };
-    let nodes = build_nodes(range, &OfGroups { binning });
+    let nodes = build_nodes(range, &OfGroups { binning }).concat();
     // The same memory under another name.
     let spare = references.into_iter().map(Reference::into_row).collect();
     BinaryTree { nodes, references: groups, grouped: keys, spare }

@@ -2,12 +2,13 @@
 
 use super::bins::MAX_BINS;
 use super::reference::{Box8, Reference};
+use crate::kernel::{Isa, Lanes, Row};
 
 /// From a doubled centre to bins: the integral part of `(center − origin) · scale`.
 #[derive(Clone, Copy)]
 pub(super) struct Mapping {
-    origin: [f32; 4],
-    scale: [f32; 4],
+    origin: Row,
+    scale: Row,
 }
 
 /// Adding it to a number from 0 to 16 rounds that to 1 / 2^[`FRACTION_BITS`] and leaves it in the lowest bits.
@@ -23,32 +24,62 @@ impl Mapping {
             let scale = last / extent;
             if extent > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
-        let [x, y, z, _] = bounds.min();
-        Self { origin: [x, y, z, 0.0], scale: [scale[0], scale[1], scale[2], 0.0] }
+        let ([x, y, z, _], [sx, sy, sz]) = (bounds.min(), scale);
+        // One in the free lanes: what a reference has there is subnormal, and would be slow to multiply.
+        Self {
+            origin: Row([x, y, z, 1.0, 0.0, 0.0, 0.0, 1.0]),
+            scale: Row([sx, sy, sz, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        }
     }
 
     /// The same bins, for doubled positions.
     pub(super) fn doubled(&self) -> Self {
-        Self { origin: self.origin.map(|x| x * 2.0), scale: self.scale.map(|x| x * 0.5) }
+        Self { origin: Row(self.origin.0.map(|x| x * 2.0)), scale: Row(self.scale.0.map(|x| x * 0.5)) }
     }
 
     #[inline(always)]
     pub(super) fn bin(&self, position: f32, axis: usize) -> u32 {
-        let position = (position - self.origin[axis]) * self.scale[axis] + ROUNDING;
-        (position.to_bits() >> FRACTION_BITS) % MAX_BINS as u32
+        (self.on(axis).rounded(position).to_bits() >> FRACTION_BITS) % MAX_BINS as u32
+    }
+
+    /// The mapping on one axis.
+    #[inline(always)]
+    pub(super) fn on(&self, axis: usize) -> AxisMapping {
+        AxisMapping { origin: self.origin.0[axis], scale: self.scale.0[axis] }
     }
 
     /// Where bin `bin` begins.
     #[inline(always)]
     pub(super) fn position(&self, bin: usize, axis: usize) -> f32 {
-        self.origin[axis] + bin as f32 / self.scale[axis]
+        self.origin.0[axis] + bin as f32 / self.scale.0[axis]
     }
 
     /// The bins of a reference on the three axes.
     #[inline(always)]
-    pub(super) fn bins(&self, reference: &Reference) -> [u32; 3] {
-        let center = reference.doubled_center();
-        let bins: [u32; 4] = std::array::from_fn(|axis| self.bin(center[axis], axis));
-        [bins[0], bins[1], bins[2]]
+    pub(super) fn bins<I: Isa>(&self, isa: I, reference: &Reference) -> [usize; 3] {
+        let center = reference.doubled_center_on(isa);
+        let rounded = (center - isa.load(&self.origin)) * isa.load(&self.scale) + isa.splat(ROUNDING);
+        let [x, y, z, ..] = rounded.to_array();
+        [x, y, z].map(|rounded| (rounded.to_bits() >> FRACTION_BITS) as usize % MAX_BINS)
     }
+}
+
+/// [`Mapping`] on one axis.
+#[derive(Clone, Copy)]
+pub(super) struct AxisMapping {
+    origin: f32,
+    scale: f32,
+}
+
+impl AxisMapping {
+    /// A position in bins, rounded. It does not fall where the position grows; NaN stands for bin 0.
+    #[inline(always)]
+    pub(super) fn rounded(self, position: f32) -> f32 {
+        (position - self.origin) * self.scale + ROUNDING
+    }
+}
+
+/// The largest [`AxisMapping::rounded`] of the positions in `bin`.
+pub(super) fn border_of(bin: u32) -> f32 {
+    f32::from_bits(ROUNDING.to_bits() + ((bin + 1) << FRACTION_BITS) - 1)
 }

@@ -12,6 +12,7 @@ mod cut_bins;
 mod fast;
 mod mapping;
 mod median;
+mod nodes;
 mod part;
 mod reference;
 mod reinsertion;
@@ -57,6 +58,11 @@ pub(crate) struct BinaryTree {
 }
 
 impl BinaryTree {
+    /// A tree whose leaves hold primitives.
+    fn over(references: Vec<Reference>, nodes: Vec<BinaryNode>) -> Self {
+        Self { nodes, references, grouped: Vec::new(), spare: Vec::new() }
+    }
+
     /// Whether the leaves hold groups of primitives.
     pub(crate) fn is_of_groups(&self) -> bool {
         !self.grouped.is_empty()
@@ -124,9 +130,8 @@ pub(crate) fn build(
         Builder::HighQuality => (Cutting::HIGH, Effort::HIGH),
         Builder::Fast => return Some(fast::build(references, &extent, binning)),
     };
-    let mut tree = spatial::build(references, extent, binning, cutting, vertices);
-    reinsertion::optimize(&mut tree, effort);
-    Some(tree)
+    let (nodes, references) = spatial::build(references, extent, binning, cutting, vertices);
+    Some(BinaryTree::over(references, reinsertion::optimize(nodes, effort)))
 }
 
 /// [`build`] over triangles none of which is cut, because they move and the parts would not hold them.
@@ -147,9 +152,8 @@ pub(crate) fn build_uncut(
     if references.is_empty() {
         return None;
     }
-    let mut tree = spatial::build(references, extent, binning, Cutting::NONE, &no_vertices);
-    reinsertion::optimize(&mut tree, effort);
-    Some(tree)
+    let (nodes, references) = spatial::build(references, extent, binning, Cutting::NONE, &no_vertices);
+    Some(BinaryTree::over(references, reinsertion::optimize(nodes, effort)))
 }
 
 /// A tree with leaves as full as can be over what another holds, for when that has too many of them.

@@ -234,11 +234,11 @@ impl Reference {
         self.0.doubled_center()
     }
 
-    /// The doubled middle as a box about this point.
+    /// The doubled middle as a box about this point; its free lanes mean nothing.
     #[inline(always)]
-    pub(crate) fn doubled_center_row(&self) -> Row {
-        let lanes = &self.0.0.0;
-        Row(std::array::from_fn(|lane| lanes[lane] - lanes[(lane + 4) % 8]))
+    pub(crate) fn doubled_center_on<I: Isa>(&self, isa: I) -> I::F32 {
+        let lanes = isa.load(self.0.row());
+        lanes - isa.swap_halves(lanes)
     }
 
     #[inline(always)]

@@ -7,8 +7,9 @@
 
 use rayon::prelude::*;
 
+use super::nodes::NodeLists;
 use super::reference::Box8;
-use super::{BinaryNode, BinaryTree, MAX_DEPTH};
+use super::{BinaryNode, MAX_DEPTH};
 
 /// Stands for no node.
 const NONE: u32 = u32::MAX;
@@ -39,23 +40,24 @@ impl Effort {
 /// triangles the heuristic then no longer tells which tree is the faster one.
 const MIN_GAIN: f32 = 0.02;
 
-/// Improves a tree.
-pub(super) fn optimize(tree: &mut BinaryTree, effort: Effort) {
-    let mut top = Top::new(&tree.nodes, least_area(&tree.nodes, effort.share));
+/// The nodes of a tree, improved.
+pub(super) fn optimize(nodes: NodeLists, effort: Effort) -> Vec<BinaryNode> {
+    let mut top = Top::new(&nodes, least_area(&nodes, effort.share));
     let before = top.inner_area();
     top.improve();
     if before - top.inner_area() > MIN_GAIN * before {
         for _ in 1..effort.rounds {
             top.improve();
         }
-        if let Some(nodes) = top.nodes(&tree.nodes) {
-            tree.nodes = nodes;
+        if let Some(improved) = top.nodes(&nodes) {
+            return improved;
         }
     }
+    nodes.concat()
 }
 
 /// An area that about this share of the nodes exceeds.
-fn least_area(nodes: &[BinaryNode], share: f32) -> f32 {
+fn least_area(nodes: &NodeLists, share: f32) -> f32 {
     let mut areas: Vec<f32> =
         nodes.iter().step_by(SAMPLE_STRIDE).map(|node| node.bounds.half_area()).collect();
     let place = ((1.0 - share) * areas.len() as f32) as usize;
@@ -98,12 +100,12 @@ const MOST_NODES: usize = 1 << 20;
 
 impl Top {
     /// The part of a tree in which every inner node has at least this area.
-    fn new(nodes: &[BinaryNode], least_area: f32) -> Self {
+    fn new(nodes: &NodeLists, least_area: f32) -> Self {
         let mut top = Self { nodes: Vec::new() };
         let mut pending = vec![([0, nodes.len() as u32], NONE)];
         while let Some((subtree, parent)) = pending.pop() {
             let place = subtree[0];
-            let node = &nodes[place as usize];
+            let node = nodes.node(place);
             let bounds = Box8::new(&node.bounds);
             let area = bounds.half_area();
             let own = top.nodes.len() as u32;
@@ -244,10 +246,12 @@ impl Top {
     }
 
     /// The nodes of the whole tree in depth-first order; `None` if it has become too deep.
-    fn nodes(&self, old: &[BinaryNode]) -> Option<Vec<BinaryNode>> {
-        let mut nodes: Vec<BinaryNode> = Vec::with_capacity(old.len());
-        let mut pending = vec![(0, NONE)];
-        while let Some((place, parent)) = pending.pop() {
+    fn nodes(&self, old: &NodeLists) -> Option<Vec<BinaryNode>> {
+        let mut nodes = old.room();
+        // Where the subtrees begin, and how deep.
+        let mut subtrees = Vec::new();
+        let mut pending = vec![(0, NONE, 0)];
+        while let Some((place, parent, depth)) = pending.pop() {
             let own = nodes.len();
             if parent != NONE {
                 nodes[parent as usize].set_right(parent as usize, own);
@@ -255,35 +259,20 @@ impl Top {
             let node = self.node(place);
             let [left, right] = node.children;
             if left == NONE {
-                nodes.extend_from_slice(&old[node.subtree[0] as usize..node.subtree[1] as usize]);
+                subtrees.push((own, depth));
+                old.append_to(&mut nodes, node.subtree);
             } else {
                 nodes.push(BinaryNode::inner(node.bounds.bounds()));
-                pending.extend([(right, own as u32), (left, NONE)]);
-            }
-        }
-        (self.depth(old) <= MAX_DEPTH).then_some(nodes)
-    }
-
-    /// The depth of the deepest leaf of the whole tree.
-    fn depth(&self, old: &[BinaryNode]) -> u32 {
-        let mut subtrees = Vec::new();
-        let mut pending = vec![(0, 0)];
-        while let Some((place, depth)) = pending.pop() {
-            let node = self.node(place);
-            match node.children {
-                [NONE, _] => subtrees.push((node.subtree, depth)),
-                children => pending.extend(children.map(|child| (child, depth + 1))),
+                pending.extend([(right, own as u32, depth + 1), (left, NONE, depth + 1)]);
             }
         }
         let depths = subtrees.par_iter().with_min_len(CHUNK);
-        depths
-            .map(|&([start, end], above)| above + depth(&old[start as usize..end as usize]))
-            .max()
-            .unwrap_or(0)
+        let deepest = depths.map(|&(start, above)| above + depth(&nodes[start..])).max();
+        (deepest.unwrap_or(0) <= MAX_DEPTH).then_some(nodes)
     }
 }
 
-/// The depth of the deepest leaf.
+/// The depth of the deepest leaf below the first node.
 fn depth(nodes: &[BinaryNode]) -> u32 {
     let mut deepest = 0;
     let mut pending = vec![(0, 0)];

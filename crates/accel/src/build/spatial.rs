@@ -14,10 +14,11 @@ use super::bins::{Bins, MAX_BINS, Plane};
 use super::clip;
 use super::cut_bins::{AxisBins, Fill, Side, SpatialSplit};
 use super::mapping::Mapping;
+use super::nodes::NodeLists;
 use super::reference::{Box8, Extent, Reference};
 use super::sah::{split_in_the_middle, split_small};
 use super::split::{Halves, Range, Splitter, build_nodes};
-use super::{BinaryTree, sweep};
+use super::sweep;
 use crate::layout::Vertices;
 
 /// When and how much to cut.
@@ -43,14 +44,14 @@ impl Cutting {
     pub(super) const HIGH: Self = Self { share: 0.3, divisible: 1e-5, overlap: 1e-5, gain: 0.02 };
 }
 
-/// Builds by SAH with spatial splits.
+/// Builds by SAH with spatial splits; returns the nodes, and what the leaves' ranges are of.
 pub(super) fn build(
     references: Vec<Reference>,
     extent: Extent,
     binning: Binning,
     cutting: Cutting,
     vertices: &impl Vertices,
-) -> BinaryTree {
+) -> (NodeLists, Vec<Reference>) {
     let root_area = extent.bounds.half_area();
     let count = references.len();
     let mut slots = references;
@@ -59,7 +60,7 @@ pub(super) fn build(
     slots.resize(count + free.min(MAX_PARTS * divisible), Reference::NONE);
     let splitter = SpatialSah { binning, cutting, vertices, min_overlap: cutting.overlap * root_area };
     let nodes = build_nodes(Range { slots: &mut slots, count, divisible, extent }, &splitter);
-    BinaryTree { nodes, references: slots, grouped: Vec::new(), spare: Vec::new() }
+    (nodes, slots)
 }
 
 /// The most parts a divisible triangle is cut into on average.
@@ -99,13 +100,17 @@ impl<V: Vertices> Splitter for SpatialSah<'_, V> {
         let Some(object) = self.binning.find(range) else {
             return Some(split_in_the_middle(range));
         };
-        let cut = if range.divisible > 0 && self.is_promising(&object) {
-            self.cut_range(range, &object)
-        } else {
-            None
-        };
-        let halves = cut.or_else(|| self.binning.make(range, &object));
-        Some(halves.unwrap_or_else(|| split_in_the_middle(range)))
+        let mut halves = None;
+        if range.divisible > 0 && self.is_promising(&object) {
+            halves = self.cut_range(range, &object);
+        }
+        if halves.is_none() {
+            halves = self.binning.make(range, &object);
+        }
+        if halves.is_none() {
+            halves = Some(split_in_the_middle(range));
+        }
+        halves
     }
 }
 

@@ -3,6 +3,7 @@
 use sahl_math::Bounds3;
 
 use super::bins::blocks;
+use super::nodes::NodeLists;
 use super::reference::{Extent, Reference};
 use super::{BinaryNode, BinaryTree, MAX_DEPTH, MAX_LEAF};
 
@@ -78,6 +79,9 @@ impl Halves {
     /// divisible references first.
     fn arrange(&self, slots: &mut [Reference], free: usize) {
         let [left, right] = self.divisible;
+        if left + right + self.added + free == 0 {
+            return;
+        }
         let [left_others, right_others] = self.others;
         exchange(slots, left, right, left_others);
         let start = left + left_others;
@@ -106,13 +110,12 @@ pub(super) fn build_tree(
 ) -> BinaryTree {
     let count = references.len();
     let nodes = build_nodes(Range { slots: &mut references, count, divisible: 0, extent }, splitter);
-    BinaryTree { nodes, references, grouped: Vec::new(), spare: Vec::new() }
+    BinaryTree::over(references, nodes.concat())
 }
 
 /// The nodes of a tree.
-pub(super) fn build_nodes(range: Range<'_>, splitter: &impl Splitter) -> Vec<BinaryNode> {
-    let mut parts = Task { range, first: 0, depth: 0 }.build(splitter);
-    if parts.len() == 1 { parts.swap_remove(0) } else { parts.concat() }
+pub(super) fn build_nodes(range: Range<'_>, splitter: &impl Splitter) -> NodeLists {
+    NodeLists::new(Task { range, first: 0, depth: 0 }.build(splitter))
 }
 
 /// A subtree to build.
@@ -161,8 +164,14 @@ impl<'a> Task<'a> {
     /// Splits the range; `None` if it is to be a leaf.
     fn split<S: Splitter>(&mut self, splitter: &S) -> Option<Halves> {
         self.keep_depth_for_cuts();
-        let halves = if self.range.count > 1 { splitter.split(&mut self.range) } else { None };
-        halves.or_else(|| if S::LEAVES_OF_ONE_KIND { self.separate_kinds() } else { None })
+        let mut halves = None;
+        if self.range.count > 1 {
+            halves = splitter.split(&mut self.range);
+        }
+        if halves.is_none() && S::LEAVES_OF_ONE_KIND {
+            halves = self.separate_kinds();
+        }
+        halves
     }
 
     fn leaf(&self, bounds: Bounds3) -> BinaryNode {
@@ -177,8 +186,11 @@ impl<'a> Task<'a> {
         }
     }
 
-    fn halve(self, halves: Halves) -> [Self; 2] {
-        let halves = self.within_depth(halves);
+    fn halve(self, mut halves: Halves) -> [Self; 2] {
+        if self.is_too_deep_for(&halves) {
+            let [left, right] = halves.counts();
+            halves = Halves::of(&self.range.slots[..left + right], (left + right).div_ceil(2));
+        }
         let [left, right] = halves.counts();
         let [left_divisible, right_divisible] = [halves.divisible[0], halves.divisible[1] + halves.added];
         // Free slots are shared out in proportion to what may need them.
@@ -200,13 +212,10 @@ impl<'a> Task<'a> {
         ]
     }
 
-    /// The halves, or two of equal size where one is too large for balanced splits to end above [`MAX_DEPTH`].
-    fn within_depth(&self, halves: Halves) -> Halves {
+    /// Whether one of the halves is too large for balanced splits to end above [`MAX_DEPTH`].
+    fn is_too_deep_for(&self, halves: &Halves) -> bool {
         let [left, right] = halves.counts();
-        if self.depth + 1 + balanced_depth(left.max(right)) <= MAX_DEPTH {
-            return halves;
-        }
-        Halves::of(&self.range.slots[..left + right], (left + right).div_ceil(2))
+        self.depth + 1 + balanced_depth(left.max(right)) > MAX_DEPTH
     }
 
     /// Splits a range that would be a leaf, unless it holds triangles only or one other primitive: triangles apart from the

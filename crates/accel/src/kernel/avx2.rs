@@ -5,8 +5,9 @@ use std::arch::x86_64::{
     __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps,
     _mm256_and_si256, _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_cmp_ps,
     _mm256_cmpeq_epi32, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permutevar8x32_ps,
-    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_storeu_ps, _mm256_sub_ps,
+    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permute2f128_ps,
+    _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_storeu_ps,
+    _mm256_sub_ps,
 };
 
 use super::WIDTH;
@@ -88,6 +89,11 @@ impl Isa for Avx2 {
     #[inline(always)]
     fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
         rows[group % rows.len()] = Row(lanes.to_array());
+    }
+
+    #[inline(always)]
+    fn swap_halves(self, lanes: F32x8) -> F32x8 {
+        F32x8(avx2!(_mm256_permute2f128_ps::<1>(lanes.0, lanes.0)))
     }
 
     #[inline(always)]

@@ -7,10 +7,10 @@ use std::arch::x86_64::{
     __m256, __m512, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps,
     _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
     _mm256_mask_blend_ps, _mm256_maskz_compress_ps, _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps,
-    _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm512_abs_ps, _mm512_add_ps,
-    _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps, _mm512_max_ps, _mm512_min_ps,
-    _mm512_mul_ps, _mm512_reduce_max_ps, _mm512_reduce_min_ps, _mm512_set1_ps, _mm512_storeu_ps,
-    _mm512_sub_ps,
+    _mm256_permute2f128_ps, _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
+    _mm512_abs_ps, _mm512_add_ps, _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps,
+    _mm512_max_ps, _mm512_min_ps, _mm512_mul_ps, _mm512_reduce_max_ps, _mm512_reduce_min_ps, _mm512_set1_ps,
+    _mm512_storeu_ps, _mm512_sub_ps,
 };
 
 use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
@@ -81,6 +81,11 @@ impl Isa for Avx512 {
         let pair: &mut [Row; 2] = &mut rows.as_chunks_mut().0[group % (BUNDLE_RAYS / Self::WIDE)];
         // SAFETY: two rows are sixteen `f32`.
         unsafe { _mm512_storeu_ps(pair.as_mut_ptr().cast(), lanes.0) }
+    }
+
+    #[inline(always)]
+    fn swap_halves(self, lanes: F32x8) -> F32x8 {
+        F32x8(avx512!(_mm256_permute2f128_ps::<1>(lanes.0, lanes.0)))
     }
 
     #[inline(always)]

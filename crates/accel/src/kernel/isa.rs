@@ -55,6 +55,9 @@ pub(crate) trait Isa: Copy {
     /// Writes the lanes to the rows of a group.
     fn store_wide(self, lanes: Self::Wide, rows: &mut BundleRow, group: usize);
 
+    /// The lanes from the fifth on, then those before it.
+    fn swap_halves(self, lanes: Self::F32) -> Self::F32;
+
     /// Appends to the window those children whose interval is not empty, in the given order, and, if `ENTERS`, the
     /// parameters at which they are entered. The window's places after them hold anything.
     fn push<const ENTERS: bool>(

@@ -61,6 +61,11 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
+    fn swap_halves(self, lanes: F32x8) -> F32x8 {
+        F32x8 { low: lanes.high, high: lanes.low }
+    }
+
+    #[inline(always)]
     fn push<const ENTERS: bool>(
         self,
         children: &Row,

@@ -43,6 +43,11 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn swap_halves(self, lanes: F32x8) -> F32x8 {
+        F32x8(std::array::from_fn(|lane| lanes.0[(lane + WIDTH / 2) % WIDTH]))
+    }
+
+    #[inline(always)]
     fn push<const ENTERS: bool>(
         self,
         children: &Row,

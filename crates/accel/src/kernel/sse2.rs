@@ -62,6 +62,11 @@ impl Isa for Sse2 {
     }
 
     #[inline(always)]
+    fn swap_halves(self, lanes: F32x8) -> F32x8 {
+        F32x8 { low: lanes.high, high: lanes.low }
+    }
+
+    #[inline(always)]
     fn push<const ENTERS: bool>(
         self,
         children: &Row,

@@ -247,6 +247,24 @@ fn check_operations(a: &BundleRow, b: &BundleRow, mask: u64) {
     }
 }
 
+#[derive(Clone)]
+struct SwapHalves(Row);
+
+impl Task for SwapHalves {
+    type Output = [f32; WIDTH];
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> [f32; WIDTH] {
+        isa.swap_halves(isa.load(&self.0)).to_array()
+    }
+}
+
+#[test]
+fn halves_are_swapped() {
+    let swapped = agreed(&SwapHalves(Row([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])), "");
+    assert_eq!(swapped, [4.0, 5.0, 6.0, 7.0, 0.0, 1.0, 2.0, 3.0]);
+}
+
 fn row(mut lane: impl FnMut() -> f32) -> Row {
     Row(std::array::from_fn(|_| lane()))
 }

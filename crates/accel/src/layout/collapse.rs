@@ -6,7 +6,7 @@ use super::plan::{Plan, Planner};
 use super::{Child, MAX_ROWS, MOST_AT_ONCE, Vertices, WideTree, WideTrees, lanes};
 use crate::build::{BinaryTree, Box8, Reference};
 use crate::kernel::{
-    BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, NODE_ROWS, Row, WIDTH, set_child, set_triangle,
+    BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, Machine, NODE_ROWS, Row, WIDTH, set_child, set_triangle,
 };
 use crate::primitive::Item;
 
@@ -25,6 +25,7 @@ pub(crate) fn append_tree(
     tree: &mut BinaryTree,
     vertices: &impl Vertices,
     other_cost: &(impl Fn(Item) -> f32 + Sync),
+    machine: Machine,
 ) -> Result<(WideTree, f32), TooLarge> {
     let mut plans = vec![Plan::default(); tree.nodes.len()];
     let cost = Planner { tree: &*tree, other_cost }.plan(0, &mut plans);
@@ -34,7 +35,7 @@ pub(crate) fn append_tree(
         return Err(TooLarge);
     }
     let memory = std::mem::take(&mut tree.spare);
-    let collapse = Collapse { tree, plans: &plans, vertices };
+    let collapse = Collapse { tree, plans: &plans, vertices, machine };
     let totals = collapse.write(0, trees.rows.append(rows, memory), root as u32);
     trees.nodes += totals.nodes;
     trees.blocks += totals.blocks;
@@ -98,6 +99,7 @@ struct Collapse<'a, V> {
     tree: &'a BinaryTree,
     plans: &'a [Plan],
     vertices: &'a V,
+    machine: Machine,
 }
 
 impl<V: Vertices> Collapse<'_, V> {
@@ -233,7 +235,9 @@ impl<V: Vertices> Collapse<'_, V> {
         if children.count < WIDTH {
             *node = EMPTY_NODE;
         }
-        for ((bounds, &reference), &lane) in boxes.iter().zip(references).zip(&lanes::assign(boxes)) {
+        for ((bounds, &reference), &lane) in
+            boxes.iter().zip(references).zip(&lanes::assign(self.machine, boxes))
+        {
             set_child(node, lane % WIDTH, &bounds.bounds(), reference);
         }
     }

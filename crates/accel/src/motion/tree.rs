@@ -5,6 +5,7 @@ use sahl_math::{Bounds3, Vec3};
 use super::Weights;
 use super::mesh::MovingTriangle;
 use crate::build::{self, Extent, Reference};
+use crate::kernel::Machine;
 use crate::kernel::{BLOCK_ROWS, Isa, NODE_ROWS, Row};
 use crate::layout::{self, Child, MovedLeaf, MovedPrimitives, WideTree, WideTrees};
 use crate::options::BuildOptions;
@@ -35,7 +36,8 @@ impl MovingTree {
         let triangle = |id: u32| triangles.get((id - first) as usize).copied().flatten();
         let vertices = |id: u32| triangle(id).as_ref().map_or([Vec3::splat(f32::NAN); 3], halfway);
         let mut trees = WideTrees::default();
-        let (tree, _) = layout::append_tree(&mut trees, &mut tree, &vertices, &|_| 1.0).ok()?;
+        let machine = Machine::choose(options.tier);
+        let (tree, _) = layout::append_tree(&mut trees, &mut tree, &vertices, &|_| 1.0, machine).ok()?;
         let mut moving = Self { ends: [trees.clone(), trees], tree };
         let cost = moving.refit(triangle);
         Some((moving, cost))
