@@ -230,7 +230,7 @@ impl Bench<'_> {
         let mut hits = vec![None; rays.len()];
         let contenders: Vec<(usize, &ThreadPool)> =
             nearest_queries(false).into_iter().flat_map(|query| [(query, one), (query, two)]).collect();
-        let medians = self.medians(&contenders, rays.len(), 2 * PART, |(query, pool), part| {
+        let medians = self.medians(&contenders, rays.len(), 4 * PART, |(query, pool), part| {
             let (rays, hits) = (&rays[part.clone()], &mut hits[part]);
             on_threads(pool, rays, hits, |rays, hits| (NEAREST[query].run)(self.accel, rays, hits))
         });

@@ -129,11 +129,11 @@ impl Task for FindPlane<'_> {
             }
             let (mut bounds, mut primitives) = (Box8::EMPTY, 0);
             let mut least = (f32::INFINITY, 0);
-            for i in 1..count {
-                bounds = bounds.union_on(isa, &row.bounds[i - 1]);
-                primitives += row.counts[i - 1];
-                let cost = bounds.half_area() * blocks(primitives) + right_costs[i];
-                least = if cost < least.0 { (cost, i - 1) } else { least };
+            for (bin, right_cost) in right_costs[1..count].iter().enumerate() {
+                bounds = bounds.union_on(isa, &row.bounds[bin]);
+                primitives += row.counts[bin];
+                let cost = bounds.half_area() * blocks(primitives) + right_cost;
+                least = if cost < least.0 { (cost, bin) } else { least };
             }
             if least.0 < best.cost {
                 best = Plane { cost: least.0, axis, bin: least.1 as u32 };

@@ -55,7 +55,7 @@ impl Task for Exchanges {
         for _ in 0..MAX_ROUNDS {
             let mut improved = false;
             for a in 0..WIDTH {
-                let mut gains = gains(isa, &offsets, a) & LATER[a];
+                let mut gains = gains(isa, &offsets, a) & after(a);
                 while gains != 0 {
                     let b = gains.trailing_zeros() as usize % WIDTH;
                     occupants.swap(a, b);
@@ -63,7 +63,7 @@ impl Task for Exchanges {
                         row.0.swap(a, b);
                     }
                     improved = true;
-                    gains = self::gains(isa, &offsets, a) & LATER[b];
+                    gains = self::gains(isa, &offsets, a) & after(b);
                 }
             }
             if !improved {
@@ -85,8 +85,11 @@ fn gains<I: Isa>(isa: I, offsets: &[Row; 3], a: usize) -> u32 {
     isa.splat(0.0).less(gains)
 }
 
-/// The lanes after each lane, one bit each.
-const LATER: [u32; WIDTH] = [0xfe, 0xfc, 0xf8, 0xf0, 0xe0, 0xc0, 0x80, 0];
+/// The lanes after a lane, one bit each.
+#[inline(always)]
+fn after(lane: usize) -> u32 {
+    u32::MAX << 1 << lane
+}
 
 /// For each lane and axis, which way from there to each lane: moving gains along the axes whose bits the other lane alone has.
 static ALONG: [[Row; 3]; WIDTH] = {
@@ -127,7 +130,7 @@ mod tests {
         let corner = |lane: usize| [0, 1, 2].map(|axis| (lane >> axis & 1) as f32 * 3.0);
         // In any order: here every third one.
         let order: [usize; WIDTH] = std::array::from_fn(|place| place * 3 % WIDTH);
-        let boxes = order.map(|lane| corner(lane)).map(|[x, y, z]| unit_box(x, y, z));
+        let boxes = order.map(corner).map(|[x, y, z]| unit_box(x, y, z));
         for tier in Tier::ALL.into_iter().filter(|tier| tier.is_available()) {
             assert_eq!(assign(Machine::choose(Some(tier)), &boxes), order, "{tier:?}");
         }
