@@ -35,14 +35,14 @@ impl Key {
         Self(u64::from(code) << 32 | place as u64)
     }
 
-    /// What a primitive is, instead of where.
+    /// What primitive a reference refers to, instead of where.
     #[inline]
-    pub(super) fn of_item(item: Item) -> Self {
-        let (kind, place) = item.encode();
+    pub(super) fn of_reference(reference: &Reference) -> Self {
+        let (kind, place) = reference.key();
         Self(u64::from(kind) << 32 | u64::from(place))
     }
 
-    /// The primitive of a key that [`Self::of_item`] made.
+    /// The primitive of a key that [`Self::of_reference`] made.
     #[inline]
     pub(crate) fn item(self) -> Item {
         Item::decode((self.0 >> 32) as u32, self.0 as u32)
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn items_survive_encoding() {
         for item in [Item::Triangle(u32::MAX - 1), Item::Patch(3), Item::Quadric(0), Item::Instance(7)] {
-            assert_eq!(Key::of_item(item).item(), item);
+            assert_eq!(Key::of_reference(&Reference::new(&Bounds3::EMPTY, item)).item(), item);
         }
     }
 }

@@ -11,7 +11,7 @@ use super::binning::Binning;
 use super::curve::{self, Key};
 use super::reference::{Box8, Extent, Reference};
 use super::split::{Halves, Range, Splitter, build_nodes};
-use super::{BinaryTree, MAX_LEAF, sah, sweep};
+use super::{BinaryTree, MAX_LEAF, sah, spare, sweep};
 use crate::kernel::WIDTH;
 
 /// A block may be made smaller, down to so many, to end where a cell of the curve ends.
@@ -29,9 +29,7 @@ pub(super) fn build(references: Vec<Reference>, extent: &Extent, binning: Binnin
     let count = groups.len();
     let range = Range { slots: &mut groups, count, divisible: 0, extent: Extent::around(extent.bounds) };
     let nodes = build_nodes(range, &OfGroups { binning }).concat();
-    // The same memory under another name.
-    let spare = references.into_iter().map(Reference::into_row).collect();
-    BinaryTree { nodes, references: groups, grouped: keys, spare }
+    BinaryTree { nodes, primitives: keys, groups, spare: spare(references) }
 }
 
 /// Divides groups until a wide node has lanes for all.
@@ -71,7 +69,7 @@ fn groups(mut first: usize, keys: &mut [Key], references: &[Reference]) -> Vec<R
         let (own, after) = keys.split_at_mut(count);
         let mut bounds = Box8::EMPTY;
         for (key, reference) in own.iter_mut().zip(&found) {
-            *key = Key::of_item(reference.item());
+            *key = Key::of_reference(reference);
             bounds = bounds.union(*reference.bounds());
         }
         groups.push(Reference::group(&bounds, first, count));

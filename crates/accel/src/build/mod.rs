@@ -21,6 +21,9 @@ mod spatial;
 mod split;
 mod sweep;
 
+use std::ops::Range;
+
+use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
 use crate::kernel::{BLOCK_WIDTH, Machine, Row};
@@ -48,25 +51,31 @@ pub(crate) const MAX_LEAF: usize = BLOCK_WIDTH;
 pub(crate) struct BinaryTree {
     /// The root is node 0; the left child of node `i` is node `i + 1`.
     pub(crate) nodes: Vec<BinaryNode>,
-    /// What the leaves' ranges are of: primitives as the builder moved them about, or groups of primitives, at most eight a leaf. There may
-    /// be more of them than the leaves hold.
-    pub(crate) references: Vec<Reference>,
-    /// Of a tree of groups: what the groups' ranges are of. A group is triangles that share a block, or one primitive of another kind.
-    pub(crate) grouped: Vec<Key>,
-    /// Memory that is needed no more.
+    /// The primitives in the order of the leaves. There may be more of them than the leaves hold.
+    pub(crate) primitives: Vec<Key>,
+    /// Of a tree of groups: what the leaves' ranges are of, at most eight a leaf. A group is triangles that share a block, or one primitive
+    /// of another kind, and has a range of the primitives. Empty if the leaves' ranges are of these themselves.
+    pub(crate) groups: Vec<Reference>,
+    /// Memory that is needed no more: that of the references, as the builder moved them about.
     pub(crate) spare: Vec<Row>,
 }
 
 impl BinaryTree {
-    /// A tree whose leaves hold primitives.
+    /// A tree whose leaves' ranges are of these references.
     fn over(references: Vec<Reference>, nodes: Vec<BinaryNode>) -> Self {
-        Self { nodes, references, grouped: Vec::new(), spare: Vec::new() }
+        let primitives = references.par_iter().map(Key::of_reference).collect();
+        Self { nodes, primitives, groups: Vec::new(), spare: spare(references) }
     }
 
     /// Whether the leaves hold groups of primitives.
     pub(crate) fn is_of_groups(&self) -> bool {
-        !self.grouped.is_empty()
+        !self.groups.is_empty()
     }
+}
+
+/// The memory of references under another name.
+fn spare(references: Vec<Reference>) -> Vec<Row> {
+    references.into_iter().map(Reference::into_row).collect()
 }
 
 /// A node of [`BinaryTree`].
@@ -74,7 +83,7 @@ impl BinaryTree {
 pub(crate) struct BinaryNode {
     /// The box about everything below.
     pub(crate) bounds: Bounds3,
-    /// Inner nodes: how far behind this node the right child stands. Leaves: the first place among the references.
+    /// Inner nodes: how far behind this node the right child stands. Leaves: the first place among the primitives or groups.
     index: u32,
     /// Leaves: how many primitives; zero for inner nodes.
     count: u32,
@@ -105,9 +114,9 @@ impl BinaryNode {
         [place + 1, place + self.index]
     }
 
-    /// The places of a leaf's references.
+    /// The places of a leaf's primitives or groups.
     #[inline]
-    pub(crate) fn range(&self) -> std::ops::Range<usize> {
+    pub(crate) fn range(&self) -> Range<usize> {
         self.index as usize..(self.index + self.count) as usize
     }
 }
@@ -163,13 +172,14 @@ pub(crate) fn build_compact(tree: &BinaryTree, vertices: &impl Vertices) -> Bina
         other => Reference::new(bounds, other),
     };
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    let held = leaves.flat_map(|leaf| &tree.references[leaf.range()]);
+    let all_of = |range: Range<usize>, bounds: Bounds3| {
+        tree.primitives[range].iter().map(move |key| whole(&bounds, key.item()))
+    };
     let mut references: Vec<Reference> = if tree.is_of_groups() {
-        let items =
-            held.flat_map(|group| tree.grouped[group.range()].iter().map(move |key| (group, key.item())));
-        items.map(|(group, item)| whole(&group.bounds().bounds(), item)).collect()
+        let groups = leaves.flat_map(|leaf| &tree.groups[leaf.range()]);
+        groups.flat_map(|group| all_of(group.range(), group.bounds().bounds())).collect()
     } else {
-        held.map(|part| whole(&part.bounds().bounds(), part.item())).collect()
+        leaves.flat_map(|leaf| all_of(leaf.range(), leaf.bounds)).collect()
     };
     // Parts of one triangle become one again.
     references.sort_unstable_by_key(Reference::key);

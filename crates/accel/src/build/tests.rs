@@ -42,11 +42,20 @@ fn tree_of(input: &[Reference], options: &BuildOptions, vertices: &impl Vertices
     build(input.to_vec(), Extent::of(input), options, vertices).expect("there are primitives")
 }
 
-/// What the leaves hold, from left to right.
-fn in_leaves(tree: &BinaryTree) -> impl Iterator<Item = &Reference> {
+/// What a leaf holds.
+fn in_leaf(tree: &BinaryTree, leaf: &BinaryNode) -> Vec<Reference> {
     assert!(!tree.is_of_groups());
+    let references = tree.spare[leaf.range()].iter().map(|&row| Reference::part(Box8::from_row(row)));
+    let references: Vec<Reference> = references.collect();
+    let items = tree.primitives[leaf.range()].iter().map(|key| key.item());
+    assert!(references.iter().map(Reference::item).eq(items));
+    references
+}
+
+/// What the leaves hold, from left to right.
+fn in_leaves(tree: &BinaryTree) -> impl Iterator<Item = Reference> {
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    leaves.flat_map(|leaf| &tree.references[leaf.range()])
+    leaves.flat_map(|leaf| in_leaf(tree, leaf))
 }
 
 /// Checks the shape of a tree and returns its depth.
@@ -61,7 +70,7 @@ fn check(tree: &BinaryTree, input: &[Reference]) -> u32 {
         visited += 1;
         let node = &tree.nodes[place as usize];
         if node.is_leaf() {
-            let references = &tree.references[node.range()];
+            let references = in_leaf(tree, node);
             assert!(references.len() <= MAX_LEAF);
             assert!(references.len() == 1 || references.iter().all(Reference::is_triangle));
             let total = references.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
@@ -149,7 +158,7 @@ fn leaves_hold_one_kind() {
     for builder in TREES {
         let tree = tree_of(&input, &options(builder), &Diagonals(&bounds));
         check(&tree, &input);
-        let mut items: Vec<u32> = in_leaves(&tree).map(Reference::place).collect();
+        let mut items: Vec<u32> = in_leaves(&tree).map(|one| one.place()).collect();
         assert!(in_leaves(&tree).all(|one| one.item() == item(one.place())));
         items.sort_unstable();
         items.dedup();
@@ -166,7 +175,7 @@ fn the_tree_depends_on_neither_threads_nor_instruction_set() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
             let options = BuildOptions { tier: Some(tier), ..options(builder) };
             let tree = pool.install(|| tree_of(&triangles(&bounds), &options, &Diagonals(&bounds)));
-            let order: Vec<_> = in_leaves(&tree).map(Reference::key).collect();
+            let order: Vec<_> = in_leaves(&tree).map(|one| one.key()).collect();
             (tree, order)
         };
         let first = tree_by(1, Tier::Scalar);
@@ -281,12 +290,12 @@ fn check_groups(tree: &BinaryTree, input: &[Reference]) -> Vec<Item> {
             pending.extend([(right, depth + 1), (left, depth + 1)]);
             continue;
         }
-        let groups = &tree.references[node.range()];
+        let groups = &tree.groups[node.range()];
         assert!(groups.len() <= crate::kernel::WIDTH);
         let all = groups.iter().fold(Box8::EMPTY, |all, one| all.union(*one.bounds()));
         assert_eq!(all.bounds(), node.bounds);
         for group in groups {
-            let held: Vec<Item> = tree.grouped[group.range()].iter().map(|key| key.item()).collect();
+            let held: Vec<Item> = tree.primitives[group.range()].iter().map(|key| key.item()).collect();
             assert!((1..=MAX_LEAF).contains(&held.len()));
             assert!(held.len() == 1 || held.iter().all(|item| matches!(item, Item::Triangle(_))));
             let tight = held.iter().filter_map(|&item| bounds_of(item)).fold(Box8::EMPTY, Box8::union);
@@ -324,8 +333,8 @@ fn fast_trees_depend_on_neither_threads_nor_instruction_set() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = BuildOptions { tier: Some(tier), ..options(Builder::Fast) };
         let tree = pool.install(|| tree_of(&triangles(&bounds), &options, &Diagonals(&bounds)));
-        let groups: Vec<_> = tree.references.iter().map(Reference::range).collect();
-        (tree.nodes, groups, tree.grouped)
+        let groups: Vec<_> = tree.groups.iter().map(Reference::range).collect();
+        (tree.nodes, groups, tree.primitives)
     };
     let first = by(1, Tier::Scalar);
     let tiers = Tier::ALL.into_iter().filter(|tier| tier.is_available()).map(|tier| (1, tier));

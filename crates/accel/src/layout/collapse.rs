@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::plan::{Plan, Planner};
 use super::{Child, MAX_ROWS, MOST_AT_ONCE, Vertices, WideTree, WideTrees, lanes};
-use crate::build::{BinaryTree, Box8, Reference};
+use crate::build::{BinaryTree, Box8};
 use crate::kernel::{
     BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EMPTY_NODE, Machine, NODE_ROWS, Row, WIDTH, set_child, set_triangle,
 };
@@ -154,7 +154,7 @@ impl<V: Vertices> Collapse<'_, V> {
     fn bounds(&self, lane: Lane) -> Box8 {
         match lane {
             Lane::Subtree(place) => Box8::new(&self.tree.nodes[place as usize].bounds),
-            Lane::Group(place) => *self.tree.references[place as usize].bounds(),
+            Lane::Group(place) => *self.tree.groups[place as usize].bounds(),
         }
     }
 
@@ -244,10 +244,10 @@ impl<V: Vertices> Collapse<'_, V> {
 
     /// What the leaf in a lane begins with; triangles become a block.
     fn take_leaf(&self, lane: Lane, blocks: &mut Blocks) -> Item {
-        let BinaryTree { nodes, references, grouped, .. } = self.tree;
+        let BinaryTree { nodes, primitives, groups, .. } = self.tree;
         match lane {
             Lane::Group(place) => {
-                blocks.take(grouped[references[place as usize].range()].iter().map(|key| key.item()))
+                blocks.take(primitives[groups[place as usize].range()].iter().map(|key| key.item()))
             }
             Lane::Subtree(place) => {
                 // Its nodes follow each other; the ranges of its leaves need not.
@@ -256,7 +256,7 @@ impl<V: Vertices> Collapse<'_, V> {
                     last = nodes[last].children(last as u32)[1] as usize;
                 }
                 let leaves = nodes[place as usize..=last].iter().filter(|node| node.is_leaf());
-                blocks.take(leaves.flat_map(|leaf| &references[leaf.range()]).map(Reference::item))
+                blocks.take(leaves.flat_map(|leaf| &primitives[leaf.range()]).map(|key| key.item()))
             }
         }
     }

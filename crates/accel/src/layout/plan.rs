@@ -144,15 +144,16 @@ impl<C: Fn(Item) -> f32 + Sync> Planner<'_, C> {
 
     fn leaf(&self, node: &BinaryNode) -> (Cost, Plan) {
         let area = node.bounds.half_area();
-        let held = &self.tree.references[node.range()];
         if !self.tree.is_of_groups() {
+            let held = &self.tree.primitives[node.range()];
             let (cost, rows) = self.leaf_of_one(held[0].item(), area);
             let triangles = if rows > 0 { held.len() as u32 } else { Cost::MANY };
             return (Cost::leaf(cost, area, triangles, rows), Plan::leaf(rows));
         }
+        let held = &self.tree.groups[node.range()];
         let (mut cost, mut rows) = (0.0, 0);
         for group in held {
-            let first = self.tree.grouped[group.range().start].item();
+            let first = self.tree.primitives[group.range().start].item();
             let of_one = self.leaf_of_one(first, group.bounds().half_area());
             (cost, rows) = (cost + of_one.0, rows + of_one.1);
         }
