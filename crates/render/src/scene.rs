@@ -142,8 +142,7 @@ impl SceneData {
     #[inline]
     pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let attributes = &self.attributes[hit.geometry as usize];
-        let mut at = attributes.interaction(&self.accel, ray, hit);
-        at.is_leaky = self.quirks.leaky_normals;
+        let mut at = attributes.interaction(&self.accel, ray, hit, self.quirks.leaky_normals);
         if attributes.is_composed {
             self.decompose(&mut at, ray, hit);
         }

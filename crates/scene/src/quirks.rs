@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 pub struct Quirks {
     /// Light follows shading normals even through the surface: what a bump or an interpolated normal reflects into the
-    /// surface goes on behind it, and mirror images below the surface are not turned back.
+    /// surface goes on behind it, mirror images below the surface are not turned back, and a normal that looks away from
+    /// the viewer stays, so that light of the far side is seen.
     pub leaky_normals: bool,
     /// Rough coats are brighter than their parts make them. The two ways in which a walk through a coat finds its exit are
     /// weighed by densities of which one is that of the opposite direction, so that the weights add up to more than one:

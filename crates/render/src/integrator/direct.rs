@@ -35,17 +35,18 @@ impl Scattering<'_> {
 
     /// Light from `light` that is scattered along `wo` where it is not in shadow, one sample.
     ///
-    /// `weigh` says how much a sample counts beside other ways to find the light, given its densities by light and by
-    /// BSDF.
+    /// The light is looked for from the point `from`, that of a [`Vantage`](crate::light::Vantage). `weigh` says how much a
+    /// sample counts beside other ways to find the light, given its densities by light and by BSDF.
     #[inline]
     pub(super) fn light_from<'s>(
         &self,
         light: &'s Light,
+        from: Vec3,
         tracer: &mut Tracer<'_>,
         weigh: impl FnOnce(&LightSample, f32) -> f32,
     ) -> Option<Unshadowed<'s>> {
         let u = tracer.sampler.next_2d();
-        let sample = light.sample(self.at.p, u, &tracer.scene.textures, &tracer.wavelengths)?;
+        let sample = light.sample(from, u, &tracer.scene.textures, &tracer.wavelengths)?;
         if !self.at.sides_agree(self.wo, sample.wi) {
             return None;
         }

@@ -166,7 +166,7 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         let choice = self.selection.choose(from, tracer.sampler.next_1d())?;
         let scene = tracer.scene;
         let light = &scene.lights[choice.light as usize];
-        scattering.light_from(light, tracer, |sample, bsdf_pdf| {
+        scattering.light_from(light, from.p, tracer, |sample, bsdf_pdf| {
             let light_pdf = choice.pmf * sample.pdf;
             let weight = if sample.is_delta { 1.0 } else { power_heuristic(light_pdf, bsdf_pdf) };
             weight / choice.pmf

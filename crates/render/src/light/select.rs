@@ -10,7 +10,7 @@
 //!
 //! In a scene file: `Integrator "path" "string lightsampler" "bvh"`, which is the default, `"power"`, or `"uniform"`.
 
-use sahl_math::Vec3;
+use sahl_math::{Vec3, offset_ray_origin};
 use sahl_scene::LightSampler;
 
 use super::infinite::InfiniteLights;
@@ -68,14 +68,19 @@ pub(crate) enum Facing {
 
 impl Vantage {
     /// A point of a surface that is seen along `wo` and scatters light with the given reach.
+    ///
+    /// A surface of one side looks for light from where its rays start, so that sampling a light and scattering find the same. For
+    /// curves these are up to 1.7 widths from the point that was hit. Which side it will be is not known yet for the others.
     #[inline]
     pub(crate) fn on_surface(at: &Interaction, wo: Vec3, reach: Reach) -> Self {
-        let facing = match reach {
-            Reach::OneSide => Facing::Side(at.shading.z.face_forward(wo)),
-            Reach::BothSides => Facing::Sides(at.shading.z),
-            Reach::Everywhere => Facing::All,
-        };
-        Self { p: at.p, facing }
+        match reach {
+            Reach::OneSide => Self {
+                p: offset_ray_origin(at.p, at.p_error, at.ng, wo),
+                facing: Facing::Side(at.shading.z.face_forward(wo)),
+            },
+            Reach::BothSides => Self { p: at.p, facing: Facing::Sides(at.shading.z) },
+            Reach::Everywhere => Self { p: at.p, facing: Facing::All },
+        }
     }
 
     /// A point in space, without a surface.

@@ -65,9 +65,9 @@ pub(super) enum Corners {
 }
 
 impl Attributes {
-    /// What integrators need to know of `hit`, found by `ray`.
+    /// What integrators need to know of `hit`, found by `ray`; `is_leaky` is [`Interaction::is_leaky`].
     #[inline]
-    pub(crate) fn interaction(&self, accel: &Accel, ray: &Ray, hit: &Hit) -> Interaction {
+    pub(crate) fn interaction(&self, accel: &Accel, ray: &Ray, hit: &Hit, is_leaky: bool) -> Interaction {
         let SurfacePoint { p, p_error, n } = accel.surface_point(ray, hit);
         let placement =
             (hit.instance != Hit::NO_INSTANCE).then(|| accel.instance(hit.instance).to_world.at(ray.time));
@@ -83,9 +83,9 @@ impl Attributes {
             None => ng,
         };
         // Where a coarse mesh shows a side whose interpolated normal looks away, the surface itself has to do: by the
-        // shading normal it would be black.
+        // shading normal it would scatter the light of its other side.
         let seen_from_behind = ns.dot(ray.direction) * ng.dot(ray.direction) <= 0.0;
-        let ns = if seen_from_behind { ng } else { ns };
+        let ns = if seen_from_behind && !is_leaky { ng } else { ns };
         let shading = if self.needs_tangent {
             let tangent = self.tangent(geometry, corners, (hit, ray.time), p, to_world);
             Frame::from_z_and_tangent(ns, tangent)
@@ -103,7 +103,7 @@ impl Attributes {
             place: Place { geometry: hit.geometry, primitive: hit.primitive, instance: hit.instance },
             material: self.material,
             light: self.light(hit),
-            is_leaky: false,
+            is_leaky,
         }
     }
 

@@ -1,11 +1,14 @@
 //! Shapes that are more than their accelerator's geometry: what they look like, and what they emit.
 
+use std::f64::consts::PI;
+
 use crate::common::*;
 use sahl_math::{AnimatedTransform, Transform, Vec2, Vec3};
 use sahl_render::{Aov, BuildOptions, RenderOptions, build, render};
 use sahl_scene::{
-    ConductorReflectance, CurveKind, Curves, Filter, FloatParam, Geometry, Instance, Material, Object,
-    Origin, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureMapping, TriangleMesh, UvMapping,
+    ConductorReflectance, CurveKind, Curves, Filter, FloatParam, Geometry, Instance, Integrator, Light,
+    Material, Object, Origin, Quirks, Roughness, SceneDesc, Spectrum, SpectrumParam, Texture, TextureMapping,
+    TriangleMesh, UvMapping,
 };
 
 /// A straight strip along y, two wide, over the square that [`look_down`] sees.
@@ -40,6 +43,27 @@ fn a_straight_curve_under_the_sky_is_as_bright_as_its_albedo() {
 }
 
 #[test]
+fn a_lamp_lights_a_curve_from_where_rays_leave_it() {
+    // Rays leave a flat curve its width, two, above what was hit. The lamp, a square of four by four, is at a height of six.
+    let mut scene = scene_with(strip(CurveKind::Flat));
+    let black = diffuse(&mut scene, 0.0);
+    let [p, q, r, s] = square(2.0, 6.0);
+    let lamp = quad(&mut scene, [q, p, s, r]);
+    let lamp = add(&mut scene, lamp, black);
+    emit(&mut scene, lamp, 1.0);
+    look_down(&mut scene, 5.0, 1e-3);
+    scene.sampler.samples = 256;
+    // The form factor of a square seen from four below its middle, each quarter by its corner at one half of that distance.
+    let half = 2.0_f64 / 4.0;
+    let root = half.hypot(1.0);
+    let form_factor = 4.0 / PI * half / root * (half / root).atan();
+    for integrator in [path(1), path(5), Integrator::Whitted { max_depth: 1 }] {
+        scene.integrator = integrator;
+        expect_mean(&scene, 0.5 * form_factor, 0.01, "the lamp above a curve");
+    }
+}
+
+#[test]
 fn curves_have_coordinates_along_and_across() {
     let mut scene = scene_with(strip(CurveKind::Flat));
     scene.filter = Filter::Box { radius: [1e-4; 2] };
@@ -69,6 +93,31 @@ fn a_curve_that_should_emit_does_not_and_says_so() {
     let (built, diagnostics) = build(&scene, &BuildOptions::default());
     let codes: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
     assert!(built.is_some() && codes == ["curve-area-light"], "{codes:?}");
+}
+
+#[test]
+fn leaky_normals_that_look_away_stay() {
+    // The square z = -x, which is seen from its front is seen, the front of its normals is not.
+    let n = Vec3::new(1.0, 0.0, -0.25).normalize();
+    let mut scene = empty(4, 16);
+    let material = diffuse(&mut scene, 0.5);
+    let positions = square(2.0, 0.0).map(|[x, y, _]| Vec3::new(x, y, -x));
+    let mesh = TriangleMesh {
+        indices: [[0, 1, 3], [0, 3, 2]].into(),
+        positions: positions.into(),
+        normals: Some([n; 4].into()),
+        ..TriangleMesh::default()
+    };
+    let mesh = Geometry::Triangles(scene.triangle_meshes.push(mesh, Origin::default()));
+    add(&mut scene, mesh, material);
+    look_down(&mut scene, 5.0, 0.9);
+    let direction = -Vec3::Z;
+    let sun = Light::Distant { radiance: grey(1.0), scale: 1.0, illuminance: None, direction };
+    scene.lights.push(sun, Origin::default());
+    for (leaky_normals, cosine) in [(false, f64::sqrt(0.5)), (true, f64::from(-n.z))] {
+        scene.quirks = Quirks { leaky_normals, ..Quirks::default() };
+        expect_mean(&scene, 0.5 / PI * cosine, 0.01, &format!("leaky: {leaky_normals}"));
+    }
 }
 
 /// A square of brightness one at the height 1 that covers what [`look_down`] sees, its alpha as given.
@@ -120,7 +169,7 @@ fn shadows_are_as_thin_as_what_casts_them() {
         let geometry = patch(&mut scene, square(50.0, 10.0));
         let screen = add(&mut scene, geometry, material);
         scene.shapes[screen].alpha = FloatParam::Constant(alpha);
-        let light = sahl_scene::Light::Distant {
+        let light = Light::Distant {
             radiance: grey(std::f32::consts::PI),
             scale: 1.0,
             illuminance: None,
