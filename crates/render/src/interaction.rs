@@ -36,7 +36,7 @@ pub(crate) struct Interaction {
     pub(crate) material: u32,
     /// Index of the light that the surface is, or [`Interaction::NO_LIGHT`].
     pub(crate) light: u32,
-    /// Whether light follows the shading normal even where it leads through the surface.
+    /// Whether light follows the shading normal even where it leads through the surface, or looks away from the viewer.
     pub(crate) is_leaky: bool,
 }
 

@@ -142,15 +142,3 @@ impl Task for FindPlane<'_> {
         (best.cost > 0.0 && best.cost < f32::INFINITY).then_some(best)
     }
 }
-
-/// The place of the least cost that is a number, the first of equals; without branches that cannot be predicted.
-#[inline(always)]
-pub(super) fn first_least<const N: usize>(costs: &[f32; N]) -> usize {
-    let mut least = f32::INFINITY;
-    let mut place = 0;
-    for (i, &cost) in costs.iter().enumerate() {
-        place = if cost < least { i } else { place };
-        least = if cost < least { cost } else { least };
-    }
-    place
-}

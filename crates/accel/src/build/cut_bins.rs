@@ -99,7 +99,7 @@ impl<V: Vertices> Task for Fill<'_, V> {
         let Self { references, mapping, axis, vertices, bins } = self;
         for reference in references {
             let [low, high] = reference.bounds().range(axis);
-            let [first, last] = [low, high].map(|position| mapping.bin(position, axis) as usize % MAX_BINS);
+            let [first, last] = [low, high].map(|position| mapping.bin(position, axis));
             bins.begins[first] += 1;
             bins.ends[last] += 1;
             if first == last {
@@ -131,7 +131,7 @@ fn cut_between_bins<I: Isa>(
 ) {
     let corners = triangle.map(Box8::at);
     let positions = triangle.map(|corner| corner[axis]);
-    let bin_of = |position: f32| mapping.bin(position, axis) as usize % MAX_BINS;
+    let bin_of = |position: f32| mapping.bin(position, axis);
     for i in 0..3 {
         if low <= positions[i] && positions[i] <= high {
             include(isa, parts, bin_of(positions[i]), &corners[i]);

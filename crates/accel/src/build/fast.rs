@@ -45,8 +45,7 @@ impl Splitter for OfGroups {
             return None;
         }
         let split = if range.count <= sweep::MAX_COUNT {
-            let extent = range.extent;
-            let cut = sweep::best_cut(self.binning.machine, range.references(), &extent);
+            let cut = sweep::best_cut_of_groups(self.binning.machine, range.references());
             cut.map(|cut| cut.apply(range.references()))
         } else {
             self.binning.split(range)

@@ -38,8 +38,8 @@ impl Mapping {
     }
 
     #[inline(always)]
-    pub(super) fn bin(&self, position: f32, axis: usize) -> u32 {
-        (self.on(axis).rounded(position).to_bits() >> FRACTION_BITS) % MAX_BINS as u32
+    pub(super) fn bin(&self, position: f32, axis: usize) -> usize {
+        bin_of(self.on(axis).rounded(position))
     }
 
     /// The mapping on one axis.
@@ -60,7 +60,7 @@ impl Mapping {
         let center = reference.doubled_center_on(isa);
         let rounded = (center - isa.load(&self.origin)) * isa.load(&self.scale) + isa.splat(ROUNDING);
         let [x, y, z, ..] = rounded.to_array();
-        [x, y, z].map(|rounded| (rounded.to_bits() >> FRACTION_BITS) as usize % MAX_BINS)
+        [bin_of(x), bin_of(y), bin_of(z)]
     }
 }
 
@@ -79,7 +79,44 @@ impl AxisMapping {
     }
 }
 
+/// The bin in which a position lies, by [`AxisMapping::rounded`].
+#[inline(always)]
+fn bin_of(rounded: f32) -> usize {
+    (rounded.to_bits() >> FRACTION_BITS) as usize % MAX_BINS
+}
+
 /// The largest [`AxisMapping::rounded`] of the positions in `bin`.
 pub(super) fn border_of(bin: u32) -> f32 {
     f32::from_bits(ROUNDING.to_bits() + ((bin + 1) << FRACTION_BITS) - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use sahl_math::{Bounds3, Vec3};
+
+    use super::*;
+
+    #[test]
+    fn the_border_of_a_bin_parts_what_bins_part() {
+        let extent = Bounds3 { min: Vec3::new(-3.0, 0.1, 7.0), max: Vec3::new(11.0, 0.100_001, 7.0) };
+        for bins in [2, 7, MAX_BINS] {
+            let mapping = Mapping::new(&Box8::new(&extent), bins);
+            for axis in 0..3 {
+                let span = extent.max[axis] - extent.min[axis];
+                for step in 0..=4096 {
+                    let position = extent.min[axis] + span * step as f32 / 4096.0;
+                    let bin = mapping.bin(position, axis);
+                    assert!(bin < bins, "{position} falls into bin {bin} of {bins}");
+                    for border in 0..bins {
+                        let goes_right = mapping.on(axis).rounded(position) > border_of(border as u32);
+                        assert_eq!(goes_right, bin > border, "{position}, bin {bin}, border {border}");
+                    }
+                }
+            }
+            for position in [f32::NAN, f32::INFINITY] {
+                let goes_right = mapping.on(2).rounded(position) > border_of(0);
+                assert_eq!(goes_right, mapping.bin(position, 2) > 0, "{position} on an axis without extent");
+            }
+        }
+    }
 }

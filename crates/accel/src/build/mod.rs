@@ -21,8 +21,6 @@ mod spatial;
 mod split;
 mod sweep;
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 use sahl_math::{Bounds3, Vec3};
 
@@ -51,7 +49,7 @@ pub(crate) const MAX_LEAF: usize = BLOCK_WIDTH;
 pub(crate) struct BinaryTree {
     /// The root is node 0; the left child of node `i` is node `i + 1`.
     pub(crate) nodes: Vec<BinaryNode>,
-    /// The primitives in the order of the leaves. There may be more of them than the leaves hold.
+    /// The primitives, those of a leaf side by side; with gaps, which no leaf refers to.
     pub(crate) primitives: Vec<Key>,
     /// Of a tree of groups: what the leaves' ranges are of, at most eight a leaf. A group is triangles that share a block, or one primitive
     /// of another kind, and has a range of the primitives. Empty if the leaves' ranges are of these themselves.
@@ -116,7 +114,7 @@ impl BinaryNode {
 
     /// The places of a leaf's primitives or groups.
     #[inline]
-    pub(crate) fn range(&self) -> Range<usize> {
+    pub(crate) fn range(&self) -> std::ops::Range<usize> {
         self.index as usize..(self.index + self.count) as usize
     }
 }
@@ -172,7 +170,7 @@ pub(crate) fn build_compact(tree: &BinaryTree, vertices: &impl Vertices) -> Bina
         other => Reference::new(bounds, other),
     };
     let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
-    let all_of = |range: Range<usize>, bounds: Bounds3| {
+    let all_of = |range: std::ops::Range<usize>, bounds: Bounds3| {
         tree.primitives[range].iter().map(move |key| whole(&bounds, key.item()))
     };
     let mut references: Vec<Reference> = if tree.is_of_groups() {

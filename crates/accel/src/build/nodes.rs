@@ -76,3 +76,29 @@ impl NodeLists {
         nodes
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sahl_math::Bounds3;
+
+    use super::*;
+
+    #[test]
+    fn lists_are_one_after_the_other() {
+        let node = |first: usize| BinaryNode::leaf(Bounds3::EMPTY, first, 1);
+        let lists =
+            || NodeLists::new(vec![vec![node(0)], vec![node(1), node(2), node(3)], vec![node(4), node(5)]]);
+        let all: Vec<BinaryNode> = (0..6).map(node).collect();
+        assert_eq!(lists().len(), all.len());
+        assert!(lists().iter().eq(&all));
+        assert_eq!(lists().concat(), all);
+        for start in 0..6 {
+            assert_eq!(*lists().node(start), all[start as usize]);
+            for end in start + 1..=6 {
+                let mut nodes = lists().room();
+                lists().append_to(&mut nodes, [start, end]);
+                assert_eq!(nodes, all[start as usize..end as usize]);
+            }
+        }
+    }
+}

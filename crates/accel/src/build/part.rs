@@ -21,7 +21,7 @@ pub(super) struct Parted {
 
 /// What is added to a reference for the box about the left side, or, one place further, for that about the right side: the first place if
 /// it goes left, and the second if it goes right. Infinity removes it from every minimum.
-static REMOVED: [Row; 3] = [Row::splat(0.0), Row::splat(f32::INFINITY), Row::splat(0.0)];
+pub(super) static REMOVED: [Row; 3] = [Row::splat(0.0), Row::splat(f32::INFINITY), Row::splat(0.0)];
 
 impl<const BOUNDS: bool> Task for Partition<'_, BOUNDS> {
     type Output = Parted;

@@ -1,4 +1,4 @@
-//! Surface area heuristic: bins for large ranges, every possibility for small ones, the middle where costs do not tell.
+//! Surface area heuristic: bins for large ranges, for small ones every cut into leaves, the middle where costs do not tell.
 
 use super::binning::Binning;
 use super::split::{Halves, Range};

@@ -100,6 +100,7 @@ impl<V: Vertices> Splitter for SpatialSah<'_, V> {
         let Some(object) = self.binning.find(range) else {
             return Some(split_in_the_middle(range));
         };
+        // Halves are large: combinators would copy them at each step.
         let mut halves = None;
         if range.divisible > 0 && self.is_promising(&object) {
             halves = self.cut_range(range, &object);
@@ -206,7 +207,7 @@ impl<V: Vertices> SpatialSah<'_, V> {
     fn cut(&self, reference: &Reference, split: &SpatialSplit) -> [Option<Box8>; 2] {
         let &SpatialSplit { mapping, axis, bin, .. } = split;
         let whole = *reference.bounds();
-        let [first, last] = whole.range(axis).map(|position| mapping.bin(position, axis) as usize);
+        let [first, last] = whole.range(axis).map(|position| mapping.bin(position, axis));
         if last < bin {
             [Some(whole), None]
         } else if first >= bin {

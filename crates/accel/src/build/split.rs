@@ -164,6 +164,7 @@ impl<'a> Task<'a> {
     /// Splits the range; `None` if it is to be a leaf.
     fn split<S: Splitter>(&mut self, splitter: &S) -> Option<Halves> {
         self.keep_depth_for_cuts();
+        // Halves are large: combinators would copy them at each step.
         let mut halves = None;
         if self.range.count > 1 {
             halves = splitter.split(&mut self.range);

@@ -50,7 +50,13 @@ impl Rows {
             self.rows = spare;
             self.rows.truncate(needed);
         } else {
-            self.rows.reserve_exact(needed - self.rows.len());
+            // Many trees after each other are not copied for each.
+            let additional = needed - self.rows.len();
+            if start == 0 {
+                self.rows.reserve_exact(additional);
+            } else {
+                self.rows.reserve(additional);
+            }
             prefer_large_pages(&self.rows);
         }
         self.rows.par_extend(rayon::iter::repeat_n(Row::splat(0.0), needed - self.rows.len()));

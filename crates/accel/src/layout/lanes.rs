@@ -55,15 +55,15 @@ impl Task for Exchanges {
         for _ in 0..MAX_ROUNDS {
             let mut improved = false;
             for a in 0..WIDTH {
-                let mut gains = gains(isa, &offsets, a) & after(a);
-                while gains != 0 {
-                    let b = gains.trailing_zeros() as usize % WIDTH;
+                let mut better = gains(isa, &offsets, a) & after(a);
+                while better != 0 {
+                    let b = better.trailing_zeros() as usize % WIDTH;
                     occupants.swap(a, b);
                     for row in &mut offsets {
                         row.0.swap(a, b);
                     }
                     improved = true;
-                    gains = self::gains(isa, &offsets, a) & after(b);
+                    better = gains(isa, &offsets, a) & after(b);
                 }
             }
             if !improved {

@@ -5,7 +5,7 @@ use sahl_math::{Ray, Vec3};
 use super::Tracer;
 use crate::bsdf::Bsdf;
 use crate::interaction::Interaction;
-use crate::light::{Light, LightSample};
+use crate::light::{Light, LightSample, Vantage};
 use crate::spectrum::Spectrum;
 
 /// A surface point with what scatters light there, seen from `wo`.
@@ -25,6 +25,12 @@ pub(super) struct Unshadowed<'s> {
 }
 
 impl Scattering<'_> {
+    /// From where light is looked for.
+    #[inline]
+    pub(super) fn vantage(&self) -> Vantage {
+        Vantage::on_surface(self.at, self.wo, self.bsdf.reach())
+    }
+
     /// f |cos θ| for light from `wi`, and the density with which the BSDF samples `wi`.
     #[inline]
     pub(super) fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
@@ -35,7 +41,7 @@ impl Scattering<'_> {
 
     /// Light from `light` that is scattered along `wo` where it is not in shadow, one sample.
     ///
-    /// The light is looked for from the point `from`, that of a [`Vantage`](crate::light::Vantage). `weigh` says how much a
+    /// The light is looked for from the point `from`, that of [`Self::vantage`]. `weigh` says how much a
     /// sample counts beside other ways to find the light, given its densities by light and by BSDF.
     #[inline]
     pub(super) fn light_from<'s>(

@@ -225,10 +225,10 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
         } else {
             at
         };
-        let vantage = Vantage::on_surface(at, wo, bsdf.reach());
+        let scattering = Scattering { at, bsdf: &bsdf, wo };
+        let vantage = scattering.vantage();
         let mut direct = None;
         if !bsdf.is_specular() && !self.selection.is_empty() {
-            let scattering = Scattering { at, bsdf: &bsdf, wo };
             if MEDIA {
                 let vertex = Vertex::Surface(&scattering, hit);
                 let light = self.direct_through_media(tracer, &mut path.volume, &vertex, &vantage);

@@ -10,7 +10,6 @@ use sahl_math::{Ray, Vec2};
 use super::direct::Scattering;
 use super::{Integrator, Tracer};
 use crate::bsdf::BsdfRoom;
-use crate::light::Vantage;
 use crate::spectrum::{HeroWavelengths, Spectrum};
 
 /// Direct light of every light, and mirror reflections and refractions followed as a tree.
@@ -51,7 +50,7 @@ impl Whitted {
         if !bsdf.is_specular() {
             // Add the light of every light.
             let scene = tracer.scene;
-            let from = Vantage::on_surface(&at, wo, bsdf.reach()).p;
+            let from = scattering.vantage().p;
             for light in &scene.lights {
                 let Some(lit) = scattering.light_from(light, from, tracer, |_, _| 1.0) else { continue };
                 if !tracer.is_in_shadow(&lit.ray, light) {

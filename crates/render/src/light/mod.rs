@@ -190,7 +190,7 @@ impl Light {
         }
     }
 
-    /// By what it is chosen. A portal is where its window is; others are infinitely far away.
+    /// By what it is chosen. A portal is where its window is; other skies are infinitely far away.
     fn chosen_by(&self) -> ChosenBy {
         use std::f32::consts::PI;
         match self {

@@ -70,7 +70,8 @@ impl Vantage {
     /// A point of a surface that is seen along `wo` and scatters light with the given reach.
     ///
     /// A surface of one side looks for light from where its rays start, so that sampling a light and scattering find the same. For
-    /// curves these are up to 1.7 widths from the point that was hit. Which side it will be is not known yet for the others.
+    /// curves these are up to 1.7 widths from the point that was hit. Which side it will be is not known yet for the others, nor where
+    /// leaky normals send rays through the surface, which pbrt-v4 accepts too.
     #[inline]
     pub(crate) fn on_surface(at: &Interaction, wo: Vec3, reach: Reach) -> Self {
         match reach {

@@ -83,7 +83,7 @@ impl Attributes {
             None => ng,
         };
         // Where a coarse mesh shows a side whose interpolated normal looks away, the surface itself has to do: by the
-        // shading normal it would scatter the light of its other side.
+        // shading normal it would scatter the light of its other side. Leaky normals do: see `Quirks::leaky_normals`.
         let seen_from_behind = ns.dot(ray.direction) * ng.dot(ray.direction) <= 0.0;
         let ns = if seen_from_behind && !is_leaky { ng } else { ns };
         let shading = if self.needs_tangent {

@@ -40,7 +40,7 @@ impl Attributes {
             normal += n * weight;
         }
         let normal = normal.try_normalize()?;
-        // Where the facet shows a side that its normal does not, the facet is what is shaded.
+        // Where the facet shows a side that its normal does not, the facet is what is shaded, or, if normals are leaky, the other side.
         let seen_from_behind = wo.dot(normal) * side <= 0.0;
         if seen_from_behind || lift == Vec3::ZERO {
             return None;

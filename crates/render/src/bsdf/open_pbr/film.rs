@@ -133,12 +133,14 @@ impl Faces {
 impl ThinFilm {
     /// A film over `weight` of a surface, `thickness` micrometres thick, of the index `eta` ≥ 1; `None` if it changes nothing.
     pub(super) fn new(weight: f32, thickness: f32, eta: f32, wavelengths: &Wavelengths) -> Option<Self> {
-        let waves = match wavelengths {
-            Wavelengths::Rgb => Waves::Bands(bands()),
-            Wavelengths::Sampled(hero) => Waves::Lines(hero.lambda().map(|lambda| 1000.0 / lambda)),
-        };
         let is_there = weight > 0.0 && thickness > 0.0 && thickness.is_finite() && eta > 1.0;
-        is_there.then_some(Self { weight, thickness, eta, waves })
+        is_there.then(|| {
+            let waves = match wavelengths {
+                Wavelengths::Rgb => Waves::Bands(bands()),
+                Wavelengths::Sampled(hero) => Waves::Lines(hero.lambda().map(|lambda| 1000.0 / lambda)),
+            };
+            Self { weight, thickness, eta, waves }
+        })
     }
 
     /// The reflectance of a surface of which `below` is what the film covers, and `bare` the reflectance of what it does not. `cos` is that of

@@ -334,9 +334,15 @@ impl OpenPbr {
             + scales.diffuse * diffuse * (1.0 - self.diffuse_transmission)
     }
 
+    /// Whether light passes through the base: metal lets none.
+    #[inline]
+    fn has_glass(&self) -> bool {
+        self.transmission > 0.0 && self.metalness < 1.0
+    }
+
     /// Refraction, and reflection at glass.
     fn through(&self, scales: &Scales, wo: Vec3, wi: Vec3) -> Spectrum {
-        if self.transmission == 0.0 {
+        if !self.has_glass() {
             return Spectrum::ZERO;
         }
         let transmits = wo.z * wi.z < 0.0;
@@ -547,7 +553,7 @@ impl Scatter for OpenPbr {
 
     #[inline]
     fn reach(&self) -> Reach {
-        let is_thick = self.transmission == 0.0 && self.diffuse_transmission == 0.0;
+        let is_thick = !self.has_glass() && self.diffuse_transmission == 0.0;
         if is_thick { Reach::OneSide } else { Reach::BothSides }
     }
 

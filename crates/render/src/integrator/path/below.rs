@@ -11,7 +11,6 @@ use crate::bsdf::Bsdf;
 use crate::integrator::Tracer;
 use crate::integrator::direct::Scattering;
 use crate::interaction::Interaction;
-use crate::light::Vantage;
 use crate::material::{Query, SubsurfaceSource};
 use crate::sampler::Stream;
 use crate::subsurface::Probe;
@@ -61,9 +60,9 @@ impl<const MEDIA: bool, const TAMED: bool> Path<MEDIA, TAMED> {
 
         // Add light that comes there straight from a light.
         let (bsdf, wo) = (Bsdf::from(source.entry()), entry.shading.z);
-        let vantage = Vantage::on_surface(&entry, wo, bsdf.reach());
+        let scattering = Scattering { at: &entry, bsdf: &bsdf, wo };
+        let vantage = scattering.vantage();
         if !self.selection.is_empty() {
-            let scattering = Scattering { at: &entry, bsdf: &bsdf, wo };
             if MEDIA {
                 let vertex = Vertex::Surface(&scattering, &hit);
                 let light = self.direct_through_media(tracer, &mut path.volume, &vertex, &vantage);
