@@ -9,6 +9,9 @@ use crate::failure::Failure;
 /// A file that was found to be writable.
 #[derive(Clone, Debug)]
 pub(crate) struct Output {
+    /// As it was named.
+    name: PathBuf,
+    /// Where a link by that name leads to.
     path: PathBuf,
 }
 
@@ -16,22 +19,33 @@ impl Output {
     /// Finds out whether `path` can be written, by making a file beside it and removing it again.
     pub(crate) fn check(path: &Path) -> Result<Self, Failure> {
         // The file that a link leads to is replaced, not the link.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let name = path.to_path_buf();
+        let path = fs::canonicalize(path).unwrap_or_else(|_| name.clone());
         if path.is_dir() {
             let error = io::Error::new(io::ErrorKind::IsADirectory, "it is a directory");
-            return Err(Failure::file("can't write", &path, &error));
+            return Err(Failure::file("can't write", &name, &error));
         }
-        let output = Self { path };
+        let output = Self { name, path };
         let trial = output.temporary();
         File::create(&trial)
             .and_then(|_| fs::remove_file(&trial))
-            .map_err(|error| Failure::file("can't write", &output.path, &error))?;
+            .map_err(|error| Failure::file("can't write", &output.name, &error))?;
         Ok(output)
     }
 
-    /// Where it goes.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
+    /// What it is called.
+    pub(crate) fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Refuses to replace one of the files that an image is made from.
+    pub(crate) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Failure> {
+        let is_same = |input: &PathBuf| fs::canonicalize(input).is_ok_and(|input| input == self.path);
+        if !inputs.iter().any(is_same) {
+            return Ok(());
+        }
+        let message = format!("`{}` is a file that the scene is read from", self.name.display());
+        Err(Failure::usage(message).with_help("name another one with `-o`"))
     }
 
     /// Replaces the file by `bytes`: whoever reads it sees the old file or the new one, never half of one.
@@ -46,7 +60,7 @@ impl Output {
         write().map_err(|error| {
             // What is left of it is of no use to anyone; the first error is the one to tell.
             let _ = fs::remove_file(&temporary);
-            Failure::file("can't write", &self.path, &error)
+            Failure::file("can't write", &self.name, &error)
         })
     }
 
@@ -87,6 +101,14 @@ mod tests {
         let folder = folder("check");
         assert!(Output::check(&folder.join("missing/a.png")).is_err());
         assert!(Output::check(&folder).is_err());
+        let output = Output::check(&folder.join("./a.png")).unwrap();
+        output.write(b"new").unwrap();
+        // By whatever name, once it is there.
+        let inputs = ["b.png", "../b/a.png", "a.png"].map(|name| folder.join(name));
+        assert!(output.spare(&inputs[..2]).is_ok());
+        let output = Output::check(&folder.join("./a.png")).unwrap();
+        assert_eq!(output.name(), folder.join("./a.png"));
+        assert!(output.spare(&inputs).is_err());
         fs::remove_dir_all(&folder).unwrap();
     }
 }

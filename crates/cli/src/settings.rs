@@ -201,7 +201,8 @@ impl Edits {
         };
         match self.integrator {
             None => {}
-            Some(IntegratorName::Path) => *integrator = Integrator::Path(path),
+            // Whoever asks for it wants what the files of pbrt have `volpath` for, too.
+            Some(IntegratorName::Path) => *integrator = Integrator::Path(PathTracer { media: true, ..path }),
             Some(IntegratorName::Whitted) => {
                 *integrator = Integrator::Whitted { max_depth: path.max_depth };
             }
@@ -328,7 +329,7 @@ fn refuse_what_is_absent(args: &RenderArgs) -> Result<(), Failure> {
     } else if absent.checkpoint.is_some() {
         ("--checkpoint", "`--time` and Ctrl-C write the image so far")
     } else if absent.resume.is_some() {
-        ("--resume", "renders with other seeds (`--seed`) can be averaged")
+        ("--resume", "a render that is interrupted writes what it has")
     } else if absent.tev.is_some() {
         ("--tev", "`--progress json` tells how far the render is")
     } else {

@@ -1,11 +1,12 @@
 //! The scene that a command works on: files, the standard input, or the built-in one.
 
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use sahl::load::{DiskAssets, Loaded};
+use sahl::load::{AssetSource, DiskAssets, Loaded};
 use sahl::render::{BuildOptions, Scene};
 use sahl::scene::{Diagnostics, Severity};
 
@@ -21,33 +22,54 @@ pub(crate) struct Source {
     pub(crate) stem: String,
     /// The scene, and what is wrong with it that was not reported yet.
     pub(crate) loaded: Loaded,
+    /// All files that were read for it.
+    pub(crate) files: Vec<PathBuf>,
     /// Warnings that were reported.
     pub(crate) warnings: usize,
+}
+
+/// The file system, with a list of what was read.
+#[derive(Debug, Default)]
+struct Recorded(RefCell<Vec<PathBuf>>);
+
+impl AssetSource for Recorded {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let bytes = DiskAssets.read(path)?;
+        self.0.borrow_mut().push(path.to_path_buf());
+        Ok(bytes)
+    }
 }
 
 impl Source {
     /// Reads the scene. What is wrong in it is in the result; an error is only a file that can't be read.
     pub(crate) fn load(scenes: &[PathBuf]) -> Result<Self, Failure> {
         match scenes {
-            [] => Ok(Self::new("the built-in Cornell box", "cornell-box", sahl::cornell_box())),
+            [] => {
+                let loaded = sahl::cornell_box();
+                Ok(Self::new("the built-in Cornell box", "cornell-box", loaded, Recorded::default()))
+            }
             [path] if is_standard_input(path) => {
                 let mut text = Vec::new();
                 io::stdin()
                     .read_to_end(&mut text)
                     .map_err(|error| Failure::file("can't read", Path::new("the standard input"), &error))?;
-                let loaded = sahl::load::load_pbrt("<stdin>", text, &DiskAssets);
-                Ok(Self::new("<stdin>", "stdin", loaded))
+                let assets = Recorded::default();
+                let loaded = sahl::load::load_pbrt("<stdin>", text, &assets);
+                Ok(Self::new("<stdin>", "stdin", loaded, assets))
             }
             [path] => {
                 readable(path)?;
-                Ok(Self::new(&path.display().to_string(), &stem(path), sahl::load::load(path, &DiskAssets)))
+                let assets = Recorded::default();
+                let loaded = sahl::load::load(path, &assets);
+                Ok(Self::new(&path.display().to_string(), &stem(path), loaded, assets))
             }
             several => Self::load_several(several),
         }
     }
 
-    fn new(name: &str, stem: &str, loaded: Loaded) -> Self {
-        Self { name: name.to_owned(), stem: stem.to_owned(), loaded, warnings: 0 }
+    fn new(name: &str, stem: &str, loaded: Loaded, assets: Recorded) -> Self {
+        let files = assets.0.into_inner();
+        Self { name: name.to_owned(), stem: stem.to_owned(), loaded, files, warnings: 0 }
     }
 
     /// Reads pbrt files one after the other as one scene, as pbrt does: as if another file included each of them.
@@ -71,8 +93,9 @@ impl Source {
         }
         // The text stands beside the first file, so that names in all of them are looked for there.
         let name = first.with_file_name("<command line>");
-        let loaded = sahl::load::load_pbrt(&name.to_string_lossy(), includes.into_bytes(), &DiskAssets);
-        Ok(Self::new(&first.display().to_string(), &stem(first), loaded))
+        let assets = Recorded::default();
+        let loaded = sahl::load::load_pbrt(&name.to_string_lossy(), includes.into_bytes(), &assets);
+        Ok(Self::new(&first.display().to_string(), &stem(first), loaded, assets))
     }
 
     /// Prints what is wrong so far; warnings count as errors if `strict`.

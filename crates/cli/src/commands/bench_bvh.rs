@@ -76,7 +76,7 @@ pub(crate) fn run(args: &BvhArgs, console: Console) -> Result<ExitCode, Failure>
     for (tree, output) in trees.iter().zip(&outputs) {
         draw(&tree.steps, extent(&source), brightest, output)?;
     }
-    let paths = outputs.map(|output| output.path().display().to_string());
+    let paths = outputs.map(|output| output.name().display().to_string());
     if args.json {
         print(&format!("{:#}\n", json(&source, &trees, &paths, brightest)))?;
     } else {

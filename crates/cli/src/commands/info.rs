@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use sahl::image::Pixels;
 use sahl::render::{BuildOptions, SceneStats};
 use sahl::scene::{
-    ColorMode, Filter, Geometry, Integrator, Light, Material, Origin, PathTracer, Projection, Radiance,
-    SamplerKind, SceneDesc, SphereLayout, Texture,
+    ColorMode, Filter, Geometry, Integrator, Light, Material, Medium, Origin, PathTracer, Projection,
+    Radiance, SamplerKind, SceneDesc, SphereLayout, Texture,
 };
 use serde_json::{Value, json};
 
@@ -97,6 +97,16 @@ fn textures(scene: &SceneDesc) -> Tally {
         Texture::Marble { .. } => "marble",
         Texture::Image(_) => "image",
         Texture::Faces(_) => "faces",
+    }))
+}
+
+fn media(scene: &SceneDesc) -> Tally {
+    Tally::of(scene.media.values().iter().map(|medium| match medium {
+        Medium::Homogeneous { .. } => "homogeneous",
+        Medium::Grid(_) => "grid",
+        Medium::RgbGrid(_) => "grid of colours",
+        Medium::Cloud(_) => "cloud",
+        Medium::Sparse(_) => "sparse grid",
     }))
 }
 
@@ -234,6 +244,7 @@ fn text(source: &Source, stats: &SceneStats) -> String {
         ("instances", format!("{} of {}", stats.instances, format::plural(scene.objects.len(), "object"))),
         ("materials", materials(scene).text()),
         ("textures", textures(scene).text()),
+        ("media", media(scene).text()),
         ("lights", lights(scene).text()),
         (
             "tree",
@@ -290,6 +301,7 @@ fn json(source: &Source, stats: &SceneStats) -> Value {
         "instances": stats.instances,
         "materials": materials(scene).json(),
         "textures": textures(scene).json(),
+        "media": media(scene).json(),
         "lights": lights(scene).json(),
         "images": images,
         "tree": {

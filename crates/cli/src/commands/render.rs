@@ -39,6 +39,9 @@ pub(crate) fn run(args: &RenderArgs, console: Console) -> Result<ExitCode, Failu
     if target.is_none() && settings.pixel.is_none() {
         target = Some(Target::check(&default_output(&source), &settings)?);
     }
+    if let Some(target) = &target {
+        target.output.spare(&source.files)?;
+    }
     let scene = source.build(&settings.build, args.messages.strict, &console)?;
     if let Some(pixel) = settings.pixel {
         return replay(&scene, &source.loaded.scene, pixel);
@@ -123,7 +126,7 @@ impl Job<'_> {
         } else {
             End::Interrupted
         };
-        self.summarize(&rendered, target.output.path(), monitor.elapsed(), end, progress);
+        self.summarize(&rendered, target.output.name(), monitor.elapsed(), end, progress);
         Ok(if end == End::Interrupted { Reason::Interrupted.into() } else { ExitCode::SUCCESS })
     }
 

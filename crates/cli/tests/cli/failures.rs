@@ -53,6 +53,32 @@ fn what_does_not_exist_yet_is_said() {
 }
 
 #[test]
+fn a_file_of_the_scene_is_not_replaced_by_its_image() {
+    let folder = folder("failures-inputs");
+    let texture = render(&folder, "floor.png", &[]);
+    let scene = r#"
+        WorldBegin
+        LightSource "infinite"
+        Texture "floor" "spectrum" "imagemap" "string filename" "floor.png"
+        Material "diffuse" "texture reflectance" "floor"
+        Shape "sphere""#;
+    fs::write(folder.join("scene.pbrt"), scene).unwrap();
+    let rest = ["--resolution", "8x8", "--spp", "1"];
+    for name in ["floor.png", "./floor.png"] {
+        let output = sahl(&folder, &[&["render", "scene.pbrt", "-o", name], &rest[..]].concat());
+        let message = stderr(&output);
+        assert_eq!(code(&output), 2, "{message}");
+        assert!(message.contains("is a file that the scene is read from"), "{message}");
+    }
+    assert_eq!(fs::read(folder.join("floor.png")).unwrap(), texture);
+    // Another file by that name, once and again, is called what it was named.
+    for _ in 0..2 {
+        let output = sahl(&folder, &[&["render", "scene.pbrt", "-o", "other.png"], &rest[..]].concat());
+        assert!(stderr(&output).starts_with("other.png: "), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn outputs_are_checked_before_the_scene_is_read() {
     // The scene does not exist: were it read first, it would be told.
     fails(&["render", "missing.pbrt", "-o", "a.gif"], 2, "does not tell an image format");

@@ -30,6 +30,18 @@ fn silent(text: &str) -> SceneDesc {
 }
 
 #[test]
+fn a_roughness_for_both_directions_is_corrected_once() {
+    for material in ["conductor", "dielectric"] {
+        let text =
+            format!("WorldBegin\nMaterial \"{material}\"\n\"float roughness\" [-0.5]\nShape \"sphere\"");
+        warned(&text, "a roughness of -0.5 is taken for 0");
+        let (_, diagnostics) = read(&text);
+        let place = diagnostics.iter().next().and_then(|entry| entry.span).expect("it has a place");
+        assert_eq!(&text[place.start as usize..][..6], "[-0.5]");
+    }
+}
+
+#[test]
 fn integrators() {
     let used = [("simplepath", false), ("simplevolpath", true), ("randomwalk", false), ("lightpath", false)];
     for (name, media) in used.into_iter().chain([("bdpt", true), ("mlt", true), ("sppm", false)]) {

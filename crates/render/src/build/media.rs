@@ -18,7 +18,7 @@ fn are_used(description: &SceneDesc) -> bool {
 pub(super) fn warn_of_absence(description: &SceneDesc, diagnostics: &mut Diagnostics) {
     let help = match description.integrator {
         Integrator::Path(path) if path.media => return,
-        Integrator::Path(_) => "in a pbrt file, `Integrator \"volpath\"` renders them",
+        Integrator::Path(_) => "`Integrator \"volpath\"` in the file renders them, or `--integrator path`",
         Integrator::Whitted { .. } => "the integrator `path` renders them",
         Integrator::Ao { .. } | Integrator::Normals => return,
     };

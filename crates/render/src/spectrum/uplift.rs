@@ -90,6 +90,12 @@ pub(crate) struct Sigmoid {
     coefficients: [f32; 3],
 }
 
+/// No coefficient is larger: a sigmoid is then a step already, and the square of its polynomial far below the largest number.
+const STEEPEST: f64 = 1e6;
+
+/// The coefficients of darker colours are those of one as bright as this: all below are black.
+const DARKEST: f32 = 1e-9;
+
 /// One half everywhere: what the sigmoid of a grey is, its value being a factor.
 const HALF: Sigmoid = Sigmoid { coefficients: [0.0; 3] };
 
@@ -113,7 +119,7 @@ impl Sigmoid {
         let plane =
             |level: usize| mix(row(level, before.index), row(level, before.index + 1), before.fraction);
         let scaled = mix(plane(level.index), plane(level.index + 1), level.fraction);
-        let [a, b, c, _] = (scaled / brightness.sqrt()).to_array();
+        let [a, b, c, _] = (scaled / brightness.max(DARKEST).sqrt()).to_array();
         Self { coefficients: [a, b, c] }
     }
 
@@ -145,8 +151,8 @@ impl Sigmoid {
         for _ in 0..STEPS {
             let (color, slopes) = seen(at, space);
             let error = (color - goal).abs().max_element();
-            // Newton's method doubles the digits or fails.
-            if error.is_nan() || error >= best.1 {
+            // Newton's method doubles the digits or fails: on the way to a colour that no reflectance has without end.
+            if error.is_nan() || error >= best.1 || at.abs().max_element() > STEEPEST {
                 break;
             }
             best = (Self { coefficients: at.to_array().map(|x| x as f32) }, error);
@@ -378,6 +384,26 @@ mod tests {
             let (worst, mean) = errors(space, 500, || std::array::from_fn(|_| 0.3 + 0.4 * rng.next_f32()));
             assert!(worst < 4e-3 && mean < 1e-3, "{space:?}: {worst} {mean}");
         }
+    }
+
+    #[test]
+    fn colours_that_no_reflectance_has_are_no_further_off_than_the_table_has_them() {
+        let levels = [0.0, 0.02, 0.05, 0.1, 0.3, 0.5, 0.8, 0.9, 1.0_f32];
+        for place in 0..levels.len().pow(3) {
+            let rgb =
+                [place, place / levels.len(), place / levels.len().pow(2)].map(|i| levels[i % levels.len()]);
+            for space in ColorSpace::ALL {
+                let off = |uplifted: &Uplifted| {
+                    let found = color(uplifted, space);
+                    (0..3).map(|i| (found[i] - rgb[i]).abs()).fold(0.0, f32::max)
+                };
+                let by_table = off(&Uplifted::albedo(rgb, space));
+                let exact = off(&Uplifted::exact_albedo(rgb, space));
+                assert!(exact <= by_table + 1e-5, "{rgb:?} in {space:?}: {exact}, by the table {by_table}");
+            }
+        }
+        let dark = Uplifted::albedo([1e-38, 0.0, 0.0], ColorSpace::Srgb);
+        assert!(dark.lanes(&HeroWavelengths::sample(0.5)).max_element() < 1e-8);
     }
 
     #[test]

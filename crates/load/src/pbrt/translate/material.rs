@@ -123,21 +123,20 @@ fn metal(cx: &Context<'_>, p: &Reader<'_>, names: &ConductorNames) -> (Conductor
 
 /// The roughness from the parameters for both directions, the first, and the second.
 fn roughness(cx: &Context<'_>, p: &Reader<'_>, [both, u, v]: [&'static str; 3]) -> Roughness {
-    let both = float_param(cx, p, both, FloatParam::Constant(0.0));
-    let one = |name: &'static str| {
-        let given = optional_float_param(cx, p, name).unwrap_or(both);
-        match given {
-            FloatParam::Constant(value) if value < 0.0 => {
-                p.report().warning(
-                    "roughness-range",
-                    p.find(name).map_or(p.span(), |parameter| parameter.value_span),
-                    format!("a roughness of {value} is taken for 0"),
-                );
-                FloatParam::Constant(0.0)
-            }
-            given => given,
+    let in_range = |name: &'static str, given: FloatParam| match given {
+        FloatParam::Constant(value) if value < 0.0 => {
+            p.report().warning(
+                "roughness-range",
+                p.find(name).map_or(p.span(), |parameter| parameter.value_span),
+                format!("a roughness of {value} is taken for 0"),
+            );
+            FloatParam::Constant(0.0)
         }
+        given => given,
     };
+    let both = in_range(both, float_param(cx, p, both, FloatParam::Constant(0.0)));
+    let one =
+        |name: &'static str| optional_float_param(cx, p, name).map_or(both, |given| in_range(name, given));
     Roughness { u: one(u), v: one(v), remap: p.bool("remaproughness", true) }
 }
 
