@@ -200,7 +200,7 @@ impl Primitives {
     pub(crate) fn curve_candidate(&self, place: u32, ray: &PreparedRay, limit: f32) -> Option<Candidate> {
         let part = &self.curve_parts[place as usize];
         let curves = &self.curves[part.curves as usize];
-        curves.intersect(ray.ray(), part.offset, limit).map(|hit| Candidate {
+        curves.intersect(&ray.ray(), part.offset, limit).map(|hit| Candidate {
             t: hit.t,
             id: part.id,
             weights: [hit.u, hit.v],
@@ -211,7 +211,7 @@ impl Primitives {
     #[inline]
     pub(crate) fn patch_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let curved = &self.patches[place as usize];
-        patch::intersect(ray.ray(), ray.shear(), &curved.corners).map(|hit| Candidate {
+        patch::intersect(&ray.ray(), &ray.shear(), &curved.corners).map(|hit| Candidate {
             t: hit.t,
             id: curved.id,
             weights: [hit.u, hit.v],
@@ -222,7 +222,7 @@ impl Primitives {
     #[inline]
     pub(crate) fn quadric_candidate(&self, place: u32, ray: &PreparedRay) -> Option<Candidate> {
         let quadric = &self.quadrics[place as usize];
-        quadric.intersect(ray.ray()).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
+        quadric.intersect(&ray.ray()).map(|t| Candidate { t, id: quadric.id, weights: [0.0; 2] })
     }
 }
 

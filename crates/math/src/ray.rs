@@ -4,6 +4,7 @@ use crate::{Vec3, gamma};
 
 /// A half-line with the interval of parameters in which hits count.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     /// Where the ray starts.
     pub origin: Vec3,

@@ -37,6 +37,17 @@ pub(crate) enum Axis {
     Z,
 }
 
+impl Axis {
+    /// The axes in turn, this one last.
+    #[inline(always)]
+    pub(crate) const fn after_others(self) -> &'static [Self; 3] {
+        // In memory: made where it is used, it would be written to the stack and read back.
+        const AXES: [[Axis; 3]; 3] =
+            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
+        &AXES[self as usize]
+    }
+}
+
 /// The shear that takes a ray's direction to the unit vector of its dominant axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
@@ -56,18 +67,15 @@ impl Shear {
     /// As [`Self::new`], given one over each coordinate of the direction.
     #[inline(always)]
     pub(crate) fn with_reciprocal(direction: Vec3, reciprocal: Vec3) -> Self {
-        // In memory: made where it is used, it would be written to the stack and read back.
-        static AXES: [[Axis; 3]; 3] =
-            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
         // Selections, not branches: which axis dominates cannot be predicted.
         let d: [f32; 3] = direction.into();
         let [x, y, z] = d.map(f32::abs);
-        let (larger, axis) = if y > x { (y, 1) } else { (x, 0) };
-        let axis = if z > larger { 2 } else { axis };
-        let axes = AXES[axis];
+        let (larger, axis) = if y > x { (y, Axis::Y) } else { (x, Axis::X) };
+        let axis = if z > larger { Axis::Z } else { axis };
+        let axes = *axis.after_others();
         // Arrays are read at an index, vectors by branches.
         let reciprocal: [f32; 3] = reciprocal.into();
-        let scale = reciprocal[axis];
+        let scale = reciprocal[axis as usize];
         Self { axes, factors: [d[axes[0] as usize] * scale, d[axes[1] as usize] * scale, scale] }
     }
 

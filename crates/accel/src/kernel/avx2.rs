@@ -4,14 +4,14 @@
 use std::arch::x86_64::{
     __m256, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps,
     _mm256_and_si256, _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_cmp_ps,
-    _mm256_cmpeq_epi32, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permute2f128_ps,
-    _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_storeu_ps,
-    _mm256_sub_ps,
+    _mm256_cmpeq_epi32, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_permute2f128_ps, _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32,
+    _mm256_shuffle_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
 };
 
-use super::WIDTH;
 use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
+use super::{BUNDLE_RAYS, WIDTH};
 
 /// The proof that the processor has AVX2 and the bit instructions that came with it.
 #[derive(Clone, Copy, Debug)]
@@ -82,13 +82,25 @@ impl Isa for Avx2 {
     }
 
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
+        // SAFETY: there are eight numbers, and any place will do.
+        F32x8(unsafe { _mm256_loadu_ps(numbers.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [F32x8; WIDTH]) -> [F32x8; WIDTH] {
+        // SAFETY: `self` proves that the processor has the features.
+        unsafe { transpose(rows.map(|row| row.0)) }.map(F32x8)
+    }
+
+    #[inline(always)]
     fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
-        self.load(&rows[group % rows.len()])
+        self.load_unaligned(&rows.0.as_chunks().0[group % (BUNDLE_RAYS / WIDTH)])
     }
 
     #[inline(always)]
     fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
-        rows[group % rows.len()] = Row(lanes.to_array());
+        rows.0.as_chunks_mut().0[group % (BUNDLE_RAYS / WIDTH)] = lanes.to_array();
     }
 
     #[inline(always)]
@@ -125,6 +137,38 @@ impl Isa for Avx2 {
     fn prefetch(self, place: *const Row) {
         // SAFETY: a prefetch reads nothing, and may be given any address.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
+    }
+}
+
+/// [`Isa::transpose`]: pairs of lanes, then fours, both within the halves of a row, then the halves.
+///
+/// # Safety
+///
+/// The processor must have AVX.
+#[inline(always)]
+pub(super) unsafe fn transpose([a, b, c, d, e, f, g, h]: [__m256; WIDTH]) -> [__m256; WIDTH] {
+    const LOW: i32 = 0b01_00_01_00;
+    const HIGH: i32 = 0b11_10_11_10;
+    // SAFETY: the instructions touch registers only, and the caller says that the processor has them.
+    unsafe {
+        let (ab0, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+        let (cd0, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+        let (ef0, ef2) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
+        let (gh0, gh2) = (_mm256_unpacklo_ps(g, h), _mm256_unpackhi_ps(g, h));
+        let (ad0, ad1) = (_mm256_shuffle_ps::<LOW>(ab0, cd0), _mm256_shuffle_ps::<HIGH>(ab0, cd0));
+        let (ad2, ad3) = (_mm256_shuffle_ps::<LOW>(ab2, cd2), _mm256_shuffle_ps::<HIGH>(ab2, cd2));
+        let (eh0, eh1) = (_mm256_shuffle_ps::<LOW>(ef0, gh0), _mm256_shuffle_ps::<HIGH>(ef0, gh0));
+        let (eh2, eh3) = (_mm256_shuffle_ps::<LOW>(ef2, gh2), _mm256_shuffle_ps::<HIGH>(ef2, gh2));
+        [
+            _mm256_permute2f128_ps::<0x20>(ad0, eh0),
+            _mm256_permute2f128_ps::<0x20>(ad1, eh1),
+            _mm256_permute2f128_ps::<0x20>(ad2, eh2),
+            _mm256_permute2f128_ps::<0x20>(ad3, eh3),
+            _mm256_permute2f128_ps::<0x31>(ad0, eh0),
+            _mm256_permute2f128_ps::<0x31>(ad1, eh1),
+            _mm256_permute2f128_ps::<0x31>(ad2, eh2),
+            _mm256_permute2f128_ps::<0x31>(ad3, eh3),
+        ]
     }
 }
 

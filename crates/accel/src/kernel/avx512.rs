@@ -5,7 +5,7 @@
 
 use std::arch::x86_64::{
     __m256, __m512, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps,
-    _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
+    _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_loadu_si256,
     _mm256_mask_blend_ps, _mm256_maskz_compress_ps, _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps,
     _mm256_permute2f128_ps, _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
     _mm512_abs_ps, _mm512_add_ps, _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps,
@@ -13,6 +13,7 @@ use std::arch::x86_64::{
     _mm512_storeu_ps, _mm512_sub_ps,
 };
 
+use super::avx2::transpose;
 use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
 use super::{BUNDLE_RAYS, WIDTH};
 
@@ -70,17 +71,30 @@ impl Isa for Avx512 {
     }
 
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
+        // SAFETY: there are eight numbers, and any place will do.
+        F32x8(unsafe { _mm256_loadu_ps(numbers.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [F32x8; WIDTH]) -> [F32x8; WIDTH] {
+        // SAFETY: `self` proves that the processor has the features, AVX among them.
+        unsafe { transpose(rows.map(|row| row.0)) }.map(F32x8)
+    }
+
+    #[inline(always)]
     fn load_wide(self, rows: &BundleRow, group: usize) -> F32x16 {
-        let pair: &[Row; 2] = &rows.as_chunks().0[group % (BUNDLE_RAYS / Self::WIDE)];
-        // SAFETY: two rows are sixteen `f32`.
-        F32x16(unsafe { _mm512_loadu_ps(pair.as_ptr().cast()) })
+        let numbers: &[f32; 2 * WIDTH] = &rows.0.as_chunks().0[group % (BUNDLE_RAYS / Self::WIDE)];
+        // SAFETY: there are sixteen numbers.
+        F32x16(unsafe { _mm512_loadu_ps(numbers.as_ptr()) })
     }
 
     #[inline(always)]
     fn store_wide(self, lanes: F32x16, rows: &mut BundleRow, group: usize) {
-        let pair: &mut [Row; 2] = &mut rows.as_chunks_mut().0[group % (BUNDLE_RAYS / Self::WIDE)];
-        // SAFETY: two rows are sixteen `f32`.
-        unsafe { _mm512_storeu_ps(pair.as_mut_ptr().cast(), lanes.0) }
+        let numbers: &mut [f32; 2 * WIDTH] =
+            &mut rows.0.as_chunks_mut().0[group % (BUNDLE_RAYS / Self::WIDE)];
+        // SAFETY: there are sixteen numbers.
+        unsafe { _mm512_storeu_ps(numbers.as_mut_ptr(), lanes.0) }
     }
 
     #[inline(always)]

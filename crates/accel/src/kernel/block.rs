@@ -1,11 +1,12 @@
 //! Eight triangles with their vertices, and the watertight test on all eight.
 
-use sahl_math::{Ray, Vec3};
+use sahl_math::Vec3;
 
 use super::WIDTH;
 use super::isa::{Isa, Lanes, Row};
+use super::prepared::PreparedRay;
 use super::watertight::{BlockHit, RayLanes, Relative};
-use crate::geometry::triangle::{Axis, Shear};
+use crate::geometry::triangle::Axis;
 
 /// Triangles of a block.
 pub(crate) const BLOCK_WIDTH: usize = WIDTH;
@@ -38,43 +39,24 @@ pub(crate) fn set_triangle(block: &mut [Row; BLOCK_ROWS], lane: usize, vertices:
     block[IDS].0[lane] = f32::from_bits(id);
 }
 
-/// A ray prepared for [`TriangleBlock::intersect`]: coordinates in the order of [`Shear::axes`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockRay {
-    pub(crate) ray: Ray,
-    pub(crate) shear: Shear,
-    origin: [f32; 3],
-    rows: [AxisRows; 3],
-}
-
-/// The first of three rows, as the distance in bytes from the beginning of the block.
+/// The first of an axis' three rows, as the distance in bytes from the beginning of the block.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)]
-enum AxisRows {
+pub(super) enum VertexRows {
     X = 0,
     Y = 96,
     Z = 192,
 }
 
-const _: () = assert!(AxisRows::Z as usize == 6 * size_of::<Row>());
+const _: () = assert!(VertexRows::Z as usize == 6 * size_of::<Row>());
 
-impl BlockRay {
-    #[cfg(test)]
-    pub(crate) fn new(ray: &Ray) -> Self {
-        Self::with_reciprocal(ray, ray.direction.map(|x| 1.0 / x))
-    }
-
-    /// As [`Self::new`], given one over each coordinate of the direction.
-    #[inline(always)]
-    pub(crate) fn with_reciprocal(ray: &Ray, reciprocal: Vec3) -> Self {
-        static ROWS: [AxisRows; 3] = [AxisRows::X, AxisRows::Y, AxisRows::Z];
-        let shear = Shear::with_reciprocal(ray.direction, reciprocal);
-        let origin: [f32; 3] = ray.origin.into();
-        Self {
-            ray: *ray,
-            shear,
-            origin: shear.axes.map(|axis| origin[axis as usize]),
-            rows: shear.axes.map(|axis| ROWS[axis as usize]),
+impl VertexRows {
+    /// Those of an axis.
+    pub(super) const fn of(axis: Axis) -> Self {
+        match axis {
+            Axis::X => Self::X,
+            Axis::Y => Self::Y,
+            Axis::Z => Self::Z,
         }
     }
 }
@@ -100,14 +82,14 @@ impl TriangleBlock<'_> {
     pub(crate) fn intersect<I: Isa>(
         self,
         isa: I,
-        ray: &BlockRay,
+        ray: &PreparedRay,
         limit: f32,
         mut found: impl FnMut(BlockHit) -> bool,
     ) -> bool {
-        let [sx, sy, sz] = ray.shear.factors;
+        let [sx, sy, sz] = ray.shear_factors();
         let lanes = RayLanes {
             factors: [isa.splat(sx), isa.splat(sy), isa.splat(sz)],
-            t_min: isa.splat(ray.ray.t_min),
+            t_min: isa.splat(ray.t_min()),
             limit: isa.splat(limit),
         };
         let solved = self.relative_to(isa, ray).solve(&lanes);
@@ -115,12 +97,12 @@ impl TriangleBlock<'_> {
         if hits == 0 {
             return false;
         }
-        let solved = solved.to_arrays();
+        let (solved, original) = (solved.to_arrays(), ray.ray());
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize % BLOCK_WIDTH;
             hits &= hits - 1;
             let triangle = (self.id(lane), || self.vertices(lane));
-            if solved.hit(lane, &ray.ray, limit, triangle).is_some_and(&mut found) {
+            if solved.hit(lane, &original, limit, triangle).is_some_and(&mut found) {
                 return true;
             }
         }
@@ -144,7 +126,7 @@ impl TriangleBlock<'_> {
 
     /// The vertices relative to the ray's origin, in the order of the ray's axes.
     #[inline(always)]
-    fn relative_to<I: Isa>(self, isa: I, ray: &BlockRay) -> Relative<I::F32> {
+    fn relative_to<I: Isa>(self, isa: I, ray: &PreparedRay) -> Relative<I::F32> {
         Relative {
             x: self.relative(isa, ray, 0),
             y: self.relative(isa, ray, 1),
@@ -153,9 +135,9 @@ impl TriangleBlock<'_> {
     }
 
     #[inline(always)]
-    fn relative<I: Isa>(self, isa: I, ray: &BlockRay, axis: usize) -> [I::F32; 3] {
-        let [p0, p1, p2] = self.vertex_rows(ray.rows[axis]);
-        let base = isa.splat(ray.origin[axis]);
+    fn relative<I: Isa>(self, isa: I, ray: &PreparedRay, axis: usize) -> [I::F32; 3] {
+        let [p0, p1, p2] = self.vertex_rows(ray.way().vertices[axis]);
+        let base = isa.splat(ray.turned_origin()[axis]);
         [isa.load(p0) - base, isa.load(p1) - base, isa.load(p2) - base]
     }
 
@@ -164,7 +146,7 @@ impl TriangleBlock<'_> {
         unsafe_code,
         reason = "three multiplications and comparisons a block, before anything can be loaded"
     )]
-    fn vertex_rows(&self, axis: AxisRows) -> &[Row; 3] {
+    fn vertex_rows(&self, axis: VertexRows) -> &[Row; 3] {
         // SAFETY: each value is the distance of one of the first three triples of ten rows.
         unsafe { &*self.0.as_ptr().byte_add(axis as usize).cast() }
     }

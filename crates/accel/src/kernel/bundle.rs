@@ -7,7 +7,8 @@ use sahl_math::{Ray, Vec3};
 
 use super::WIDTH;
 use super::beam::Beam;
-use super::isa::{BundleRow, Isa, Lanes, Octant, Row};
+use super::eight_rays::{EightRays, filled_up};
+use super::isa::{BundleRow, Isa, Lanes, Octant};
 use super::node::EXIT_WIDENING;
 use crate::geometry::triangle::{Axis, Shear};
 pub(crate) use frustum::Frustum;
@@ -39,7 +40,7 @@ pub(crate) struct RayBundle {
 }
 
 /// The bits that stand for no primitive and no instance.
-const NOTHING: Row = Row::splat(f32::from_bits(u32::MAX));
+const NOTHING: BundleRow = BundleRow::splat(f32::from_bits(u32::MAX));
 
 /// The shears of rays that are longest along the same axis.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +73,7 @@ pub(crate) struct NearestHit {
 impl RayBundle {
     /// No rays.
     pub(crate) const EMPTY: Self = {
-        let zero = [Row::splat(0.0); ROWS];
+        let zero = BundleRow::splat(0.0);
         Self {
             origin: [zero; 3],
             reciprocal: [zero; 3],
@@ -81,8 +82,8 @@ impl RayBundle {
             t_min: zero,
             limit: zero,
             reach: zero,
-            id: [NOTHING; ROWS],
-            instance: [NOTHING; ROWS],
+            id: NOTHING,
+            instance: NOTHING,
             weights: [zero; 2],
             shear: None,
         }
@@ -93,7 +94,7 @@ impl RayBundle {
     /// Not members are rays in another octant than the first member, along an axis, or that hit nothing.
     #[inline(always)]
     pub(crate) fn load<I: Isa>(&mut self, isa: I, rays: &[Ray], wanted: u64) -> Option<Loaded> {
-        self.copy(rays);
+        self.copy(isa, rays);
         let (mut usable, mut negative) = (0, [0; 3]);
         for group in 0..BUNDLE_RAYS / I::WIDE {
             let lanes = self.prepare_group(isa, group);
@@ -116,8 +117,8 @@ impl RayBundle {
             members &= if bits >> first & 1 == 1 { bits } else { !bits };
         }
         self.exclude(!members, first);
-        self.id = [NOTHING; ROWS];
-        self.instance = [NOTHING; ROWS];
+        self.id = NOTHING;
+        self.instance = NOTHING;
         self.shear = self.common_shear(isa, first);
         let [x, y, z] = &self.origin;
         let origins = [range(isa, x), range(isa, y), range(isa, z)];
@@ -127,27 +128,35 @@ impl RayBundle {
 
     /// Copies what is given of the rays; `reach` holds the ends of their intervals until [`Self::prepare_group`].
     #[inline(always)]
-    fn copy(&mut self, rays: &[Ray]) {
-        for (row, rays) in rays.chunks(WIDTH).enumerate().take(ROWS) {
-            for (lane, ray) in rays.iter().enumerate() {
-                let (o, d): ([f32; 3], [f32; 3]) = (ray.origin.into(), ray.direction.into());
-                for axis in 0..3 {
-                    self.origin[axis][row].0[lane] = o[axis];
-                    self.direction[axis][row].0[lane] = d[axis];
-                }
-                self.t_min[row].0[lane] = ray.t_min;
-                self.reach[row].0[lane] = ray.t_max;
-                // The number before `t_max`: of members that is positive.
-                self.limit[row].0[lane] = f32::from_bits(ray.t_max.to_bits().wrapping_sub(1));
-            }
+    fn copy<I: Isa>(&mut self, isa: I, rays: &[Ray]) {
+        let (rows, rest) = rays.as_chunks();
+        for (row, rays) in rows.iter().enumerate().take(ROWS) {
+            self.copy_row(row, &EightRays::load(isa, rays));
         }
+        if !rest.is_empty() {
+            self.copy_row(rows.len() % ROWS, &EightRays::load(isa, &filled_up(rest)));
+        }
+    }
+
+    #[inline(always)]
+    fn copy_row<F: Lanes<Array = [f32; WIDTH]>>(&mut self, row: usize, rays: &EightRays<F>) {
+        for axis in 0..3 {
+            set_row(&mut self.origin[axis], row, rays.origin[axis].to_array());
+            set_row(&mut self.direction[axis], row, rays.direction[axis].to_array());
+        }
+        set_row(&mut self.t_min, row, rays.t_min.to_array());
+        let t_max = rays.t_max.to_array();
+        set_row(&mut self.reach, row, t_max);
+        // The number before `t_max`: of members that is positive.
+        let limit = t_max.map(|t_max| f32::from_bits(t_max.to_bits().wrapping_sub(1)));
+        set_row(&mut self.limit, row, limit);
     }
 
     #[inline(always)]
     fn prepare_group<I: Isa>(&mut self, isa: I, group: usize) -> GroupLanes {
         let t_max = isa.load_wide(&self.reach, group);
         let zero = t_max.splat(0.0);
-        let t_min = isa.load_wide(&self.t_min, group).max(zero);
+        let t_min = isa.load_wide(&self.t_min, group);
         let widening = zero.splat(EXIT_WIDENING);
         let mut lanes = GroupLanes { usable: t_min.less(t_max), negative: [0; 3] };
         for axis in 0..3 {
@@ -162,7 +171,6 @@ impl RayBundle {
             isa.store_wide(reciprocal, &mut self.reciprocal[axis], group);
             isa.store_wide(widened, &mut self.widened[axis], group);
         }
-        isa.store_wide(t_min, &mut self.t_min, group);
         isa.store_wide(isa.load_wide(&self.limit, group) * widening, &mut self.reach, group);
         lanes
     }
@@ -170,11 +178,10 @@ impl RayBundle {
     /// Makes rays meet nothing, and repeats another in their places, which moves no bounds.
     #[inline(always)]
     fn exclude(&mut self, mut places: u64, other: usize) {
-        let (other_group, other_lane) = (other / WIDTH % ROWS, other % WIDTH);
+        let other = other % BUNDLE_RAYS;
         while places != 0 {
-            let place = places.trailing_zeros() as usize;
+            let place = places.trailing_zeros() as usize % BUNDLE_RAYS;
             places &= places - 1;
-            let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
             for rows in self
                 .origin
                 .iter_mut()
@@ -182,9 +189,9 @@ impl RayBundle {
                 .chain(&mut self.widened)
                 .chain(&mut self.direction)
             {
-                rows[group].0[lane] = rows[other_group].0[other_lane];
+                rows.0[place] = rows.0[other];
             }
-            self.t_min[group].0[lane] = self.t_min[other_group].0[other_lane];
+            self.t_min.0[place] = self.t_min.0[other];
             self.set_limit(place, f32::NEG_INFINITY);
         }
     }
@@ -195,7 +202,7 @@ impl RayBundle {
         let axes = self.ray_axes(first);
         let [x, y, z] = axes.map(|axis| axis as usize);
         let mut longest = true;
-        let mut factors = [[Row::splat(0.0); ROWS]; 3];
+        let mut factors = [BundleRow::splat(0.0); 3];
         for group in 0..BUNDLE_RAYS / I::WIDE {
             let dx = isa.load_wide(&self.direction[x], group);
             let dy = isa.load_wide(&self.direction[y], group);
@@ -213,9 +220,9 @@ impl RayBundle {
 
     #[inline(always)]
     fn ray_axes(&self, place: usize) -> [Axis; 3] {
-        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
+        let place = place % BUNDLE_RAYS;
         let [x, y, z] = &self.direction;
-        Shear::new(Vec3::new(x[group].0[lane], y[group].0[lane], z[group].0[lane])).axes
+        Shear::new(Vec3::new(x.0[place], y.0[place], z.0[place])).axes
     }
 
     /// Whether triangles can be tested against groups of rays.
@@ -227,33 +234,33 @@ impl RayBundle {
     /// What a ray has hit.
     #[inline(always)]
     pub(crate) fn nearest(&self, place: usize) -> NearestHit {
-        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
+        let place = place % BUNDLE_RAYS;
         NearestHit {
-            t: self.limit[group].0[lane],
-            id: self.id[group].0[lane].to_bits(),
-            instance: self.instance[group].0[lane].to_bits(),
-            weights: [self.weights[0][group].0[lane], self.weights[1][group].0[lane]],
+            t: self.limit.0[place],
+            id: self.id.0[place].to_bits(),
+            instance: self.instance.0[place].to_bits(),
+            weights: [self.weights[0].0[place], self.weights[1].0[place]],
         }
     }
 
     /// Replaces what a ray has hit.
     #[inline(always)]
     pub(crate) fn set_nearest(&mut self, place: usize, hit: NearestHit) {
-        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
+        let place = place % BUNDLE_RAYS;
         self.set_limit(place, hit.t);
-        self.id[group].0[lane] = f32::from_bits(hit.id);
-        self.instance[group].0[lane] = f32::from_bits(hit.instance);
+        self.id.0[place] = f32::from_bits(hit.id);
+        self.instance.0[place] = f32::from_bits(hit.instance);
         for (rows, weight) in self.weights.iter_mut().zip(hit.weights) {
-            rows[group].0[lane] = weight;
+            rows.0[place] = weight;
         }
     }
 
     /// Sets the largest parameter that counts for a ray.
     #[inline(always)]
     fn set_limit(&mut self, place: usize, limit: f32) {
-        let (group, lane) = (place / WIDTH % ROWS, place % WIDTH);
-        self.limit[group].0[lane] = limit;
-        self.reach[group].0[lane] = limit * EXIT_WIDENING;
+        let place = place % BUNDLE_RAYS;
+        self.limit.0[place] = limit;
+        self.reach.0[place] = limit * EXIT_WIDENING;
     }
 
     /// The greatest reach of any ray.
@@ -293,6 +300,12 @@ impl RayBundle {
         let origin = isa.load_wide(&self.origin[axis], group);
         (origin.splat(plane) - origin) * isa.load_wide(&reciprocal[axis], group)
     }
+}
+
+/// Replaces eight numbers that stand together.
+#[inline(always)]
+fn set_row(rows: &mut BundleRow, row: usize, numbers: [f32; WIDTH]) {
+    rows.0.as_chunks_mut().0[row % ROWS] = numbers;
 }
 
 /// What is known of a group of rays; one bit a lane.

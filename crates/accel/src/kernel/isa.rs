@@ -17,8 +17,16 @@ impl Row {
     }
 }
 
-/// A number for each ray of a bundle.
-pub(crate) type BundleRow = [Row; BUNDLE_RAYS / WIDTH];
+/// A number for each ray of a bundle, aligned for the widest load that takes them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct BundleRow(pub(crate) [f32; BUNDLE_RAYS]);
+
+impl BundleRow {
+    pub(crate) const fn splat(value: f32) -> Self {
+        Self([value; BUNDLE_RAYS])
+    }
+}
 
 /// A computation that is compiled once for every instruction set.
 ///
@@ -48,6 +56,12 @@ pub(crate) trait Isa: Copy {
 
     /// The lanes of a row.
     fn load(self, row: &Row) -> Self::F32;
+
+    /// The lanes of numbers that lie anywhere.
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> Self::F32;
+
+    /// Exchanges rows and lanes: what was lane `i` of row `k` becomes lane `k` of row `i`.
+    fn transpose(self, rows: [Self::F32; WIDTH]) -> [Self::F32; WIDTH];
 
     /// The lanes of the rows of a group of [`Self::WIDE`].
     fn load_wide(self, rows: &BundleRow, group: usize) -> Self::Wide;
@@ -148,6 +162,12 @@ impl Octant {
         Self(negative.iter().rev().fold(0, |bits, &bit| bits << 1 | u8::from(bit)))
     }
 
+    /// That of an index.
+    #[inline(always)]
+    pub(super) const fn at(index: usize) -> Self {
+        Self((index & 7) as u8)
+    }
+
     /// That of a direction, by the sign bits: zeros count as what is next to them on their side.
     #[inline(always)]
     pub(crate) fn of(direction: Vec3) -> Self {
@@ -156,7 +176,7 @@ impl Octant {
     }
 
     #[inline(always)]
-    pub(crate) fn index(self) -> usize {
+    pub(crate) const fn index(self) -> usize {
         (self.0 & 7) as usize
     }
 }

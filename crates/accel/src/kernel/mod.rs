@@ -6,9 +6,11 @@
 mod beam;
 mod block;
 mod bundle;
+mod eight_rays;
 mod isa;
 mod node;
 mod pages;
+mod prepared;
 mod rows;
 mod scalar;
 mod tier;
@@ -24,11 +26,13 @@ mod neon;
 mod sse2;
 
 pub(crate) use beam::{Beam, BeamEdges, BeamVertices, MAX_GROUPS};
-pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, TriangleBlock, set_triangle};
+pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, TriangleBlock, set_triangle};
 pub(crate) use bundle::{BUNDLE_RAYS, BundledBlock, Frustum, Loaded, NearestHit, RayBundle};
+pub(crate) use eight_rays::PreparedEight;
 pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
-pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, set_child};
+pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, set_child};
 pub(crate) use pages::prefer_large_pages;
+pub(crate) use prepared::{PreparedRay, limit_of};
 pub(crate) use rows::Rows;
 pub(crate) use tier::Machine;
 pub use tier::Tier;

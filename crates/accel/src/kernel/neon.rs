@@ -8,7 +8,7 @@ use std::arch::aarch64::{
 };
 
 use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
-use super::{WIDTH, scalar};
+use super::{BUNDLE_RAYS, WIDTH, scalar};
 
 /// NEON, which is part of every aarch64 processor.
 #[derive(Clone, Copy, Debug)]
@@ -51,13 +51,24 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
+        self.load(&Row(*numbers))
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [F32x8; WIDTH]) -> [F32x8; WIDTH] {
+        let rows = rows.map(F32x8::to_array);
+        std::array::from_fn(|lane| self.load(&Row(rows.map(|row| row[lane]))))
+    }
+
+    #[inline(always)]
     fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
-        self.load(&rows[group % rows.len()])
+        self.load_unaligned(&rows.0.as_chunks().0[group % (BUNDLE_RAYS / WIDTH)])
     }
 
     #[inline(always)]
     fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
-        rows[group % rows.len()] = Row(lanes.to_array());
+        rows.0.as_chunks_mut().0[group % (BUNDLE_RAYS / WIDTH)] = lanes.to_array();
     }
 
     #[inline(always)]

@@ -1,8 +1,9 @@
 //! A node with the boxes of eight children, and the test of a ray against all eight.
 
-use sahl_math::{Bounds3, Ray, Vec3, gamma};
+use sahl_math::{Bounds3, gamma};
 
-use super::isa::{Interval, Isa, Lanes, Octant, Order, Row};
+use super::isa::{Interval, Isa, Lanes, Octant, Row};
+use super::prepared::PreparedRay;
 
 /// Rows of a node.
 pub(crate) const NODE_ROWS: usize = 7;
@@ -59,45 +60,24 @@ pub(super) struct PlaneRows {
 
 impl PlaneRows {
     /// Those of rays of an octant.
-    #[inline(always)]
-    pub(super) fn of(octant: Octant) -> &'static Self {
-        static ROWS: [PlaneRows; 8] = {
-            use Planes::{MaxX, MaxY, MaxZ, MinX, MinY, MinZ};
-            let (min, max) = ([MinX, MinY, MinZ], [MaxX, MaxY, MaxZ]);
-            let mut rows = [PlaneRows { enter: min, exit: max }; 8];
-            let mut octant = 0;
-            while octant < 8 {
-                let mut axis = 0;
-                while axis < 3 {
-                    if octant >> axis & 1 == 1 {
-                        (rows[octant].enter[axis], rows[octant].exit[axis]) = (max[axis], min[axis]);
-                    }
-                    axis += 1;
-                }
-                octant += 1;
+    pub(super) const fn of(octant: Octant) -> Self {
+        use Planes::{MaxX, MaxY, MaxZ, MinX, MinY, MinZ};
+        let (min, max) = ([MinX, MinY, MinZ], [MaxX, MaxY, MaxZ]);
+        let mut rows = Self { enter: min, exit: max };
+        let mut axis = 0;
+        while axis < 3 {
+            if octant.index() >> axis & 1 == 1 {
+                (rows.enter[axis], rows.exit[axis]) = (max[axis], min[axis]);
             }
-            rows
-        };
-        &ROWS[octant.index()]
+            axis += 1;
+        }
+        rows
     }
 }
 
 const _: () = assert!(Planes::MaxZ as usize == 5 * size_of::<Row>());
 
 const CHILDREN: usize = 6;
-
-/// A ray prepared for [`Node::interval`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NodeRay {
-    origin: [f32; 3],
-    /// One over the direction, for the planes where the ray enters, and [`EXIT_WIDENING`] times that for those where it leaves.
-    reciprocal: [f32; 3],
-    widened: [f32; 3],
-    rows: PlaneRows,
-    pub(crate) octant: Octant,
-    pub(crate) order: Order,
-    t_min: f32,
-}
 
 impl<'a> Node<'a> {
     #[inline(always)]
@@ -116,20 +96,22 @@ impl<'a> Node<'a> {
     /// Where the ray enters and leaves the children's boxes before `reach`, which is [`EXIT_WIDENING`] times the largest
     /// parameter that counts: where `enter <= exit`, it meets them.
     #[inline(always)]
-    pub(crate) fn interval<I: Isa>(self, isa: I, ray: &NodeRay, reach: f32) -> Interval<I::F32> {
-        let PlaneRows { enter: [enter_x, enter_y, enter_z], exit: [exit_x, exit_y, exit_z] } = ray.rows;
+    pub(crate) fn interval<I: Isa>(self, isa: I, ray: &PreparedRay, reach: f32) -> Interval<I::F32> {
+        let PlaneRows { enter: [enter_x, enter_y, enter_z], exit: [exit_x, exit_y, exit_z] } =
+            ray.way().planes;
+        let ([ox, oy, oz], [rx, ry, rz], [wx, wy, wz]) = (ray.origin(), ray.reciprocal(), ray.widened());
         // A plane that holds the origin of a ray along it and ends the box gives NaN, and the operand after it is taken:
         // such a plane bounds nothing, nor does the one before it. In pairs, which are a step less to wait for than a chain.
         let [x, y, z] = [
-            self.crossing(isa, enter_x, (ray.origin[0], ray.reciprocal[0])),
-            self.crossing(isa, enter_y, (ray.origin[1], ray.reciprocal[1])),
-            self.crossing(isa, enter_z, (ray.origin[2], ray.reciprocal[2])),
+            self.crossing(isa, enter_x, (ox, rx)),
+            self.crossing(isa, enter_y, (oy, ry)),
+            self.crossing(isa, enter_z, (oz, rz)),
         ];
-        let enter = x.max(y).max(z.max(isa.splat(ray.t_min)));
+        let enter = x.max(y).max(z.max(isa.splat(ray.t_min())));
         let [x, y, z] = [
-            self.crossing(isa, exit_x, (ray.origin[0], ray.widened[0])),
-            self.crossing(isa, exit_y, (ray.origin[1], ray.widened[1])),
-            self.crossing(isa, exit_z, (ray.origin[2], ray.widened[2])),
+            self.crossing(isa, exit_x, (ox, wx)),
+            self.crossing(isa, exit_y, (oy, wy)),
+            self.crossing(isa, exit_z, (oz, wz)),
         ];
         let exit = x.min(y).min(z.min(isa.splat(reach)));
         Interval { enter, exit }
@@ -142,31 +124,10 @@ impl<'a> Node<'a> {
     }
 }
 
-impl NodeRay {
-    #[cfg(test)]
-    pub(crate) fn new(ray: &Ray) -> Self {
-        Self::with_reciprocal(ray, ray.direction.map(|x| 1.0 / x))
-    }
-
-    /// As [`Self::new`], given one over each coordinate of the direction.
-    #[inline(always)]
-    pub(crate) fn with_reciprocal(ray: &Ray, reciprocal: Vec3) -> Self {
-        let octant = Octant::of(ray.direction);
-        Self {
-            origin: ray.origin.into(),
-            // The reciprocal of a subnormal number is infinite and too late for where a box begins; the largest number never is.
-            reciprocal: reciprocal.map(|x| x.clamp(f32::MIN, f32::MAX)).into(),
-            widened: (reciprocal * EXIT_WIDENING).into(),
-            rows: *PlaneRows::of(octant),
-            octant,
-            order: *Order::of(octant),
-            t_min: ray.t_min,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use sahl_math::{Ray, Vec3};
+
     use super::*;
     use crate::kernel::scalar::Scalar;
 
@@ -184,7 +145,7 @@ mod tests {
 
     fn mask_before(node: &[Row; NODE_ROWS], origin: Vec3, direction: Vec3, t_max: f32) -> u32 {
         let Interval { enter, exit } =
-            Node(node).interval(Scalar, &NodeRay::new(&Ray::new(origin, direction)), t_max);
+            Node(node).interval(Scalar, &PreparedRay::of_usable(&Ray::new(origin, direction)), t_max);
         enter.less_or_equal(exit)
     }
 

@@ -1,7 +1,7 @@
 //! Eight lanes as an array: the specification of every instruction set.
 
-use super::WIDTH;
 use super::isa::{BundleRow, Interval, Isa, Lanes, Order, Pushed, Row, Task, Window, operators, reduce};
+use super::{BUNDLE_RAYS, WIDTH};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy, Debug)]
@@ -33,13 +33,24 @@ impl Isa for Scalar {
     }
 
     #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
+        self.load(&Row(*numbers))
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [F32x8; WIDTH]) -> [F32x8; WIDTH] {
+        let rows = rows.map(F32x8::to_array);
+        std::array::from_fn(|lane| self.load(&Row(rows.map(|row| row[lane]))))
+    }
+
+    #[inline(always)]
     fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
-        self.load(&rows[group % rows.len()])
+        self.load_unaligned(&rows.0.as_chunks().0[group % (BUNDLE_RAYS / WIDTH)])
     }
 
     #[inline(always)]
     fn store_wide(self, lanes: F32x8, rows: &mut BundleRow, group: usize) {
-        rows[group % rows.len()] = Row(lanes.to_array());
+        rows.0.as_chunks_mut().0[group % (BUNDLE_RAYS / WIDTH)] = lanes.to_array();
     }
 
     #[inline(always)]

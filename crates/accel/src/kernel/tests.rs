@@ -2,6 +2,7 @@
 
 mod bundle;
 mod queries;
+mod rays;
 
 use sahl_math::Vec3;
 
@@ -164,8 +165,7 @@ struct Results {
     comparisons: [u64; 3],
 }
 
-const NO_RESULTS: Results =
-    Results { lanes: [[Row::splat(7.0); BUNDLE_RAYS / WIDTH]; OPERATIONS], comparisons: [0; 3] };
+const NO_RESULTS: Results = Results { lanes: [BundleRow::splat(7.0); OPERATIONS], comparisons: [0; 3] };
 
 #[derive(Clone, Copy)]
 struct Operands<'a> {
@@ -184,11 +184,11 @@ impl Task for Narrow<'_> {
     fn run<I: Isa>(self, isa: I) -> Results {
         let mut results = NO_RESULTS;
         let Operands { a, b, mask } = self.0;
-        for row in 0..BUNDLE_RAYS / WIDTH {
-            let (a, b) = (isa.load(&a[row]), isa.load(&b[row]));
+        for (row, (a, b)) in a.0.as_chunks().0.iter().zip(b.0.as_chunks().0).enumerate() {
+            let (a, b) = (isa.load(&Row(*a)), isa.load_unaligned(b));
             let computed = operations(a, b, (mask >> (row * WIDTH)) as u32 & 0xff);
             for (rows, lanes) in results.lanes.iter_mut().zip(computed) {
-                rows[row] = Row(lanes.to_array());
+                rows.0.as_chunks_mut().0[row] = lanes.to_array();
             }
             for (all, part) in results.comparisons.iter_mut().zip(comparisons(a, b)) {
                 *all |= u64::from(part) << (row * WIDTH);
@@ -228,11 +228,10 @@ fn check_operations(a: &BundleRow, b: &BundleRow, mask: u64) {
     for tier in tiers() {
         for results in [dispatch(tier, Narrow(operands)), dispatch(tier, Wide(operands))] {
             for place in 0..BUNDLE_RAYS {
-                let (row, lane) = (place / WIDTH, place % WIDTH);
-                let (a, b) = (a[row].0[lane], b[row].0[lane]);
+                let (a, b) = (a.0[place], b.0[place]);
                 let expected = definition(a, b, mask >> place & 1 == 1);
                 for (operation, expected) in expected.into_iter().enumerate() {
-                    let found = results.lanes[operation][row].0[lane];
+                    let found = results.lanes[operation].0[place];
                     let same = if operation < COMPUTED {
                         bits(found) == bits(expected)
                     } else {
@@ -265,12 +264,32 @@ fn halves_are_swapped() {
     assert_eq!(swapped, [4.0, 5.0, 6.0, 7.0, 0.0, 1.0, 2.0, 3.0]);
 }
 
+#[derive(Clone)]
+struct Transpose([[f32; WIDTH]; WIDTH]);
+
+impl Task for Transpose {
+    type Output = [[f32; WIDTH]; WIDTH];
+
+    #[inline(always)]
+    fn run<I: Isa>(self, isa: I) -> Self::Output {
+        isa.transpose(self.0.map(|row| isa.load_unaligned(&row))).map(|row| row.to_array())
+    }
+}
+
+#[test]
+fn rows_become_lanes() {
+    let number = |row: usize, lane: usize| (10 * row + lane) as f32;
+    let rows = std::array::from_fn(|row| std::array::from_fn(|lane| number(row, lane)));
+    let lanes = std::array::from_fn(|lane| std::array::from_fn(|row| number(row, lane)));
+    assert_eq!(agreed(&Transpose(rows), ""), lanes);
+}
+
 fn row(mut lane: impl FnMut() -> f32) -> Row {
     Row(std::array::from_fn(|_| lane()))
 }
 
 fn bundle_row(mut lane: impl FnMut() -> f32) -> BundleRow {
-    std::array::from_fn(|_| row(&mut lane))
+    BundleRow(std::array::from_fn(|_| lane()))
 }
 
 #[test]
@@ -278,9 +297,9 @@ fn operations_are_those_of_single_numbers() {
     let mut pairs = NASTY.iter().flat_map(|&a| NASTY.iter().map(move |&b| (a, b))).peekable();
     let mut random = Random(1);
     while pairs.peek().is_some() {
-        let (mut a, mut b) = ([Row::splat(0.0); 8], [Row::splat(0.0); 8]);
+        let (mut a, mut b) = (BundleRow::splat(0.0), BundleRow::splat(0.0));
         for (place, (left, right)) in pairs.by_ref().take(BUNDLE_RAYS).enumerate() {
-            (a[place / WIDTH].0[place % WIDTH], b[place / WIDTH].0[place % WIDTH]) = (left, right);
+            (a.0[place], b.0[place]) = (left, right);
         }
         check_operations(&a, &b, random.bits());
     }
@@ -300,8 +319,8 @@ impl Task for Extremes<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
-        let each = |row: &Row| [isa.load(row).least(), isa.load(row).greatest()];
-        let rows = self.0.iter().map(each).collect();
+        let each = |row| [isa.load_unaligned(row).least(), isa.load_unaligned(row).greatest()];
+        let rows = self.0.0.as_chunks().0.iter().map(each).collect();
         let [mut low, mut high] = [f32::INFINITY, f32::NEG_INFINITY];
         for group in 0..BUNDLE_RAYS / I::WIDE {
             let lanes = isa.load_wide(self.0, group);
@@ -328,10 +347,10 @@ fn the_least_and_greatest_lane() {
             let sorted = |pick: fn(f32, f32) -> f32| lanes.iter().copied().reduce(pick);
             [sorted(f32::min), sorted(f32::max)].map(|found| found.expect("there are lanes"))
         };
-        for (row, found) in rows.iter().zip(each) {
-            assert_eq!(found, extremes(&row.0));
+        for (row, found) in rows.0.chunks(WIDTH).zip(each) {
+            assert_eq!(found, extremes(row));
         }
-        assert_eq!(all, extremes(rows.map(|row| row.0).as_flattened()));
+        assert_eq!(all, extremes(&rows.0));
     }
 }
 
@@ -345,18 +364,12 @@ impl Task for Splat {
     fn run<I: Isa>(self, isa: I) -> Vec<u32> {
         let narrow = isa.splat(self.0);
         let again = narrow.splat(self.0);
-        let mut rows = [Row::splat(7.0); BUNDLE_RAYS / WIDTH];
+        let mut rows = BundleRow::splat(7.0);
         for group in 0..BUNDLE_RAYS / I::WIDE {
             isa.store_wide(isa.load_wide(&rows, group).splat(self.0), &mut rows, group);
         }
-        let rows = rows.map(|row| row.0);
-        narrow
-            .to_array()
-            .iter()
-            .chain(&again.to_array())
-            .chain(rows.as_flattened())
-            .map(|x| x.to_bits())
-            .collect()
+        let lanes = [narrow.to_array(), again.to_array()];
+        lanes.as_flattened().iter().chain(&rows.0).map(|x| x.to_bits()).collect()
     }
 }
 

@@ -76,7 +76,7 @@ impl MovingMesh {
         (self.first..).zip(&self.triangles).any(|(id, triangle)| {
             let Some(triangle) = triangle else { return false };
             counter.primitives(|| 1);
-            let hit = triangle::intersect_sheared(ray.ray(), ray.shear(), weights.triangle(triangle));
+            let hit = triangle::intersect_sheared(&ray.ray(), &ray.shear(), weights.triangle(triangle));
             hit.is_some_and(|hit| {
                 hit.t <= search.limit() && search.offer(Candidate { t: hit.t, id, weights: [hit.b1, hit.b2] })
             })

@@ -31,9 +31,9 @@ impl<S: Search, C: Counter, const N: usize> Task for MovingWalk<'_, S, C, N> {
                     counter.node();
                     let node = tree.node(isa, Child::row(child), weights);
                     if S::NARROWS {
-                        stack.push_children::<I, true>(isa, Node(&node), &ray.node_ray, reach);
+                        stack.push_children::<I, true>(isa, Node(&node), ray, reach);
                     } else {
-                        stack.push_children::<I, false>(isa, Node(&node), &ray.node_ray, reach);
+                        stack.push_children::<I, false>(isa, Node(&node), ray, reach);
                     }
                 }
                 Stage::Block => {

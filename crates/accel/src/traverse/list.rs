@@ -64,7 +64,7 @@ impl List<'_> {
             }
             // A ray meets a triangle once, and other primitives perhaps again further on.
             if let Entry::Triangle { vertices, id } = entry {
-                let hit = triangle::intersect_sheared(ray.ray(), ray.shear(), *vertices);
+                let hit = triangle::intersect_sheared(&ray.ray(), &ray.shear(), *vertices);
                 return hit.is_some_and(|hit| {
                     let candidate = Candidate { t: hit.t, id: *id, weights: [hit.b1, hit.b2] };
                     hit.t <= search.limit() && search.offer(candidate)
@@ -87,7 +87,7 @@ impl List<'_> {
     ) -> bool {
         let placed = &self.placed[place as usize];
         let Some(tree) = self.groups.get(placed.group as usize) else { return false };
-        let Some(local) = PreparedRay::new(&placed.local_ray_at_time(ray.ray())) else { return false };
+        let Some(local) = PreparedRay::new(&placed.local_ray_at_time(&ray.ray())) else { return false };
         search.enter_instance(placed.instance);
         let ended = self.search(tree, &local, (&mut *search, &mut *counter));
         search.enter_instance(u32::MAX);

@@ -7,6 +7,7 @@
 //!
 //! Rays that turn out to have little in common go their own ways, and so do those along an axis.
 
+use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use sahl_math::Ray;
@@ -365,12 +366,32 @@ impl<const N: usize> PacketStack<N> {
         };
         let window = Window { children, enters };
         let pushed = isa.push::<true>(node.children(), interval, Order::of(frustum.octant), window).count();
-        self.height += pushed;
         self.parents[place..place + WIDTH].fill(child);
+        self.sort_pushed(place, pushed);
+        self.height += pushed;
         for entry in &self.children[place..(place + pushed).min(N)] {
             let first = scene.trees.address(Child::row(entry.to_bits()));
             for row in (0..BLOCK_ROWS).step_by(LINE_ROWS) {
                 isa.prefetch(first.wrapping_add(row));
+            }
+        }
+    }
+
+    /// Sorts what was pushed at a place, the nearest last.
+    ///
+    /// By insertion: there are seldom more than three. Octant order, which suffices for one ray, visits 1.4 times the nodes in rooms.
+    #[inline(always)]
+    fn sort_pushed(&mut self, place: usize, pushed: usize) {
+        let end = (place + pushed).min(N);
+        let (children, enters) = (&mut self.children[place..end], &mut self.enters[place..end]);
+        for last in 1..enters.len() {
+            for to in (1..=last).rev() {
+                let ([c0, c1], [e0, e1]) = ([children[to - 1], children[to]], [enters[to - 1], enters[to]]);
+                let swap = e0 < e1;
+                children[to - 1] = select_unpredictable(swap, c1, c0);
+                children[to] = select_unpredictable(swap, c0, c1);
+                enters[to - 1] = select_unpredictable(swap, e1, e0);
+                enters[to] = select_unpredictable(swap, e0, e1);
             }
         }
     }

@@ -154,7 +154,7 @@ fn offer_all_crossings<S: Search>(
         if search.offer(candidate) {
             return true;
         }
-        ray.block_ray.ray.t_min = candidate.t;
+        ray = ray.after(candidate.t);
     }
     false
 }

@@ -3,7 +3,7 @@
 use std::hint::select_unpredictable;
 
 use crate::build::MAX_DEPTH;
-use crate::kernel::{Interval, Isa, Node, NodeRay, Octant, Order, Pushed, Row, WIDTH, Window};
+use crate::kernel::{Interval, Isa, Node, Octant, Order, PreparedRay, Pushed, Row, WIDTH, Window};
 use crate::layout::Child;
 
 /// The level that a leaf adds which is the whole of a binary tree, with room to spare.
@@ -94,12 +94,12 @@ impl<const N: usize> Stack<N> {
         &mut self,
         isa: I,
         node: Node<'_>,
-        ray: &NodeRay,
+        ray: &PreparedRay,
         reach: f32,
     ) {
         let interval = node.interval(isa, ray, reach);
         if let Some(window) = self.window(self.height) {
-            self.height += isa.push::<ENTERS>(node.children(), interval, &ray.order, window).count();
+            self.height += isa.push::<ENTERS>(node.children(), interval, &ray.way().order, window).count();
         }
     }
 
@@ -112,15 +112,15 @@ impl<const N: usize> Stack<N> {
         &mut self,
         isa: I,
         node: Node<'_>,
-        ray: &NodeRay,
+        ray: &PreparedRay,
         reach: f32,
     ) -> u32 {
         let interval = node.interval(isa, ray, reach);
         let height = self.height & Self::MASK;
         let before = self.children[height.wrapping_sub(1) & Self::MASK].to_bits();
         let Some(window) = self.window(height) else { return Child::NOTHING };
-        let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.order, window);
-        let last = node.children().0[pushed.last_lane(ray.octant)].to_bits();
+        let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.way().order, window);
+        let last = node.children().0[pushed.last_lane(ray.way().octant)].to_bits();
         self.height = (height + pushed.count()).wrapping_sub(1);
         select_unpredictable(pushed == Pushed(0), before, last)
     }

@@ -11,8 +11,8 @@ use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::wide::{Scene, visit_block, visit_other};
-use super::{NoCount, PreparedRay, Search, can_hit};
-use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task};
+use super::{NoCount, PreparedRay, Search};
+use crate::kernel::{EXIT_WIDENING, Isa, Machine, PreparedEight, Task, WIDTH};
 use crate::layout::{Child, Stage, WideTree};
 
 /// Rays in flight: a power of two.
@@ -143,11 +143,11 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
     fn run<I: Isa>(self, isa: I) {
         let Self { scene, root, rays, query } = self;
         query.begin(0..rays.len());
-        let mut pending = rays.iter().enumerate();
+        let mut supply = Supply::new(isa, rays);
         let mut waiting = Waiting::default();
         let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
         for (place, slot) in slots.iter_mut().enumerate() {
-            if let Some((ray_place, ray)) = next_usable(&mut pending) {
+            if let Some((ray_place, ray)) = supply.next(isa) {
                 *slot = Some(Slot::new((ray_place, ray), query, root));
                 waiting.join(root, place);
             }
@@ -175,7 +175,7 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
                     continue;
                 }
                 query.finish(slot.place, &slot.search, slot.ended);
-                if let Some((ray_place, ray)) = next_usable(&mut pending) {
+                if let Some((ray_place, ray)) = supply.next(isa) {
                     isa.prefetch(rays.as_ptr().wrapping_add(ray_place + SLOTS).cast());
                     slot.restart((ray_place, ray), query, root);
                     waiting.join(root, place);
@@ -185,31 +185,48 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
     }
 }
 
-/// The next ray that can hit anything, with its place.
-#[inline(always)]
-fn next_usable<'a>(pending: &mut impl Iterator<Item = (usize, &'a Ray)>) -> Option<(usize, &'a Ray)> {
-    for (place, ray) in pending {
-        if can_hit(ray) {
-            return Some((place, ray));
-        }
+/// Rays on their way into the slots, prepared eight at a time.
+struct Supply<'a> {
+    prepared: PreparedEight,
+    /// The place of the first of the prepared rays in the slice.
+    first: usize,
+    /// The prepared ones and those after them.
+    rays: &'a [Ray],
+}
+
+impl<'a> Supply<'a> {
+    #[inline(always)]
+    fn new<I: Isa>(isa: I, rays: &'a [Ray]) -> Self {
+        let mut prepared = PreparedEight::NONE;
+        prepared.prepare(isa, rays);
+        Self { prepared, first: 0, rays }
     }
-    None
+
+    /// The next ray that can hit anything, with its place.
+    #[inline(always)]
+    fn next<I: Isa>(&mut self, isa: I) -> Option<(usize, &PreparedRay)> {
+        while self.prepared.is_empty() {
+            self.rays = self.rays.get(WIDTH..).filter(|rays| !rays.is_empty())?;
+            self.first += WIDTH;
+            self.prepared.prepare(isa, self.rays);
+        }
+        let (place, ray) = self.prepared.next()?;
+        Some((self.first + place, ray))
+    }
 }
 
 impl<S: Search, const N: usize> Slot<S, N> {
     #[inline(always)]
-    fn new<Q: Query<Search = S>>((place, ray): (usize, &Ray), query: &Q, root: u32) -> Self {
-        let ray = PreparedRay::of_usable(ray);
+    fn new<Q: Query<Search = S>>((place, ray): (usize, &PreparedRay), query: &Q, root: u32) -> Self {
         let search = query.start(place, ray.limit());
         let reach = search.limit() * EXIT_WIDENING;
-        Self { ray, search, stack: Stack::empty(), reach, child: root, place, ended: false }
+        Self { ray: *ray, search, stack: Stack::empty(), reach, child: root, place, ended: false }
     }
 
     /// As [`Self::new`], without clearing the memory of the stack.
     #[inline(always)]
-    fn restart<Q: Query<Search = S>>(&mut self, (place, ray): (usize, &Ray), query: &Q, root: u32) {
-        // Made where it stays: what is copied by wide loads waits for the narrow stores that have just written it.
-        self.ray = PreparedRay::of_usable(ray);
+    fn restart<Q: Query<Search = S>>(&mut self, (place, ray): (usize, &PreparedRay), query: &Q, root: u32) {
+        self.ray = *ray;
         self.search = query.start(place, self.ray.limit());
         self.reach = self.search.limit() * EXIT_WIDENING;
         self.stack.clear();
@@ -223,9 +240,9 @@ impl<S: Search, const N: usize> Slot<S, N> {
     fn visit_node<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> u32 {
         let node = scene.trees.node(Child::row(self.child));
         if S::NARROWS {
-            self.stack.push_children::<I, true>(isa, node, &self.ray.node_ray, self.reach);
+            self.stack.push_children::<I, true>(isa, node, &self.ray, self.reach);
         } else {
-            self.stack.push_children::<I, false>(isa, node, &self.ray.node_ray, self.reach);
+            self.stack.push_children::<I, false>(isa, node, &self.ray, self.reach);
         }
         self.stack.pop()
     }

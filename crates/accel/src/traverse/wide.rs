@@ -63,9 +63,9 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
                     counter.node();
                     let node = scene.trees.node(Child::row(child));
                     child = if S::NARROWS {
-                        stack.exchange::<I, true>(isa, node, &ray.node_ray, reach)
+                        stack.exchange::<I, true>(isa, node, ray, reach)
                     } else {
-                        stack.exchange::<I, false>(isa, node, &ray.node_ray, reach)
+                        stack.exchange::<I, false>(isa, node, ray, reach)
                     };
                 }
                 Stage::Done => return false,
@@ -113,7 +113,7 @@ pub(crate) fn offer_block<I: Isa, S: Search, C: Counter>(
 ) -> bool {
     counter.primitives(|| block.len());
     let limit = search.limit();
-    block.intersect(isa, &ray.block_ray, limit, |hit| {
+    block.intersect(isa, ray, limit, |hit| {
         search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
     })
 }
@@ -131,12 +131,12 @@ pub(super) fn visit_other<I: Isa, S: Search, C: Counter, const N: usize>(
     match child {
         Some(Child::Instance(place)) => {
             let placed = &scene.placed[place as usize];
-            let local = placed.local_ray(ray.ray());
+            let local = placed.local_ray(&ray.ray());
             return visit_instance::<I, S, C, N>(isa, scene, (placed, &local), (search, counter));
         }
         Some(Child::MovingInstance(place)) => {
             let placed = &scene.placed[place as usize];
-            let local = placed.local_ray_at_time(ray.ray());
+            let local = placed.local_ray_at_time(&ray.ray());
             return visit_instance::<I, S, C, N>(isa, scene, (placed, &local), (search, counter));
         }
         Some(Child::MovingMesh(place)) => {

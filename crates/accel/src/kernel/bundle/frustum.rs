@@ -3,6 +3,7 @@
 use super::super::beam::{Beam, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
 use super::super::isa::{Interval, Isa, Lanes, Octant};
 use super::super::node::{EXIT_WIDENING, Node, PlaneRows};
+use super::super::prepared::Way;
 use super::super::{BUNDLE_RAYS, WIDTH};
 use super::{BundleShear, RayBundle, range};
 
@@ -81,7 +82,7 @@ impl RayBundle {
             reciprocal,
             exit_origin,
             widened,
-            rows: *PlaneRows::of(octant),
+            rows: Way::at(octant.index()).planes,
             octant,
             t_min,
         }

@@ -84,7 +84,7 @@ impl Task for Alone<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> u32 {
-        let interval = Node(self.1).interval(isa, &self.0.node_ray, self.0.limit() * EXIT_WIDENING);
+        let interval = Node(self.1).interval(isa, self.0, self.0.limit() * EXIT_WIDENING);
         interval.enter.less_or_equal(interval.exit)
     }
 }
@@ -271,7 +271,7 @@ fn defined_hit(case: &Case, place: usize) -> ([u32; 5], u32) {
     let mut nearest = case.before[place].unwrap_or(nothing);
     let mut candidates = 0;
     for (i, &vertices) in case.triangles.iter().enumerate() {
-        let Some(hit) = triangle::intersect_sheared(ray.ray(), ray.shear(), vertices) else { continue };
+        let Some(hit) = triangle::intersect_sheared(&ray.ray(), &ray.shear(), vertices) else { continue };
         let id = 100 + i as u32;
         if hit.t <= ray.limit() {
             candidates |= 1 << i;
@@ -301,7 +301,7 @@ fn with_triangles(random: &mut Random, mut case: Case) -> Case {
     }
     let before = |ray: &Ray| {
         let prepared = PreparedRay::new(ray)?;
-        let hit = triangle::intersect_sheared(prepared.ray(), prepared.shear(), case.triangles[0])?;
+        let hit = triangle::intersect_sheared(&prepared.ray(), &prepared.shear(), case.triangles[0])?;
         let instance = [7, u32::MAX][random.below(2)];
         let id = 95 + random.below(10) as u32;
         let is_known = random.below(3) == 0 && hit.t <= prepared.limit();

@@ -4,8 +4,8 @@ use sahl_math::{Ray, Vec3};
 
 use super::super::isa::{Isa, Lanes, Row, Task};
 use super::super::{
-    BLOCK_ROWS, BLOCK_WIDTH, BlockRay, EMPTY_BLOCK, EXIT_WIDENING, NODE_ROWS, Node, NodeRay, TriangleBlock,
-    WIDTH, set_triangle,
+    BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EXIT_WIDENING, NODE_ROWS, Node, PreparedRay, TriangleBlock, WIDTH,
+    set_triangle,
 };
 use super::{Random, agreed, bits};
 use crate::geometry::triangle;
@@ -25,7 +25,7 @@ impl Task for NodeInterval<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Intervals {
-        let found = Node(self.node).interval(isa, &NodeRay::new(self.ray), self.reach);
+        let found = Node(self.node).interval(isa, &PreparedRay::of_usable(self.ray), self.reach);
         [found.enter.to_array().map(bits), found.exit.to_array().map(bits)]
     }
 }
@@ -127,7 +127,7 @@ impl Task for BlockHits<'_> {
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
         let mut hits = Vec::new();
-        let block_ray = BlockRay::new(self.ray);
+        let block_ray = PreparedRay::of_usable(self.ray);
         let ended = TriangleBlock(self.block).intersect(isa, &block_ray, self.limit, |hit| {
             hits.push([hit.id, hit.t.to_bits(), hit.b1.to_bits(), hit.b2.to_bits()]);
             hits.len() == self.wanted
