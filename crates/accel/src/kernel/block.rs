@@ -5,7 +5,7 @@ use sahl_math::Vec3;
 use super::WIDTH;
 use super::isa::{Isa, Lanes, Row};
 use super::prepared::PreparedRay;
-use super::watertight::{BlockHit, RayLanes, Relative};
+use super::watertight::{BlockHit, EdgeFunctions, RayLanes, Relative, Solved};
 use crate::geometry::triangle::Axis;
 
 /// Triangles of a block.
@@ -50,6 +50,26 @@ pub(super) enum VertexRows {
 
 const _: () = assert!(VertexRows::Z as usize == 6 * size_of::<Row>());
 
+/// The triangles of a block through which a ray's line passes, and all edge functions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossed {
+    edges: [Row; 3],
+    /// One bit a triangle.
+    inside: u32,
+}
+
+impl Crossed {
+    /// None, to be replaced.
+    pub(crate) const NONE: Self = Self { edges: [Row::splat(0.0); 3], inside: 0 };
+}
+
+#[inline(always)]
+fn ray_lanes<I: Isa>(isa: I, ray: &PreparedRay, limit: f32) -> RayLanes<I::F32> {
+    let [sx, sy, sz] = ray.shear_factors();
+    let factors = [isa.splat(sx), isa.splat(sy), isa.splat(sz)];
+    RayLanes { factors, t_min: isa.splat(ray.t_min()), limit: isa.splat(limit) }
+}
+
 impl VertexRows {
     /// Those of an axis.
     pub(super) const fn of(axis: Axis) -> Self {
@@ -84,25 +104,57 @@ impl TriangleBlock<'_> {
         isa: I,
         ray: &PreparedRay,
         limit: f32,
+        found: impl FnMut(BlockHit) -> bool,
+    ) -> bool {
+        let solved = self.relative_to(isa, ray).solve(&ray_lanes(isa, ray, limit));
+        self.offer_hits(&solved, ray, limit, found)
+    }
+
+    /// Finds the triangles through which the ray's line passes; returns whether there are any.
+    #[inline(always)]
+    pub(crate) fn cross<I: Isa>(self, isa: I, ray: &PreparedRay, crossed: &mut Crossed) -> bool {
+        let [sx, sy, _] = ray.shear_factors();
+        let edges = self.relative_to(isa, ray).edge_functions([isa.splat(sx), isa.splat(sy)]);
+        let EdgeFunctions { u, v, w } = edges;
+        crossed.edges = [Row(u.to_array()), Row(v.to_array()), Row(w.to_array())];
+        crossed.inside = edges.inside(isa.splat(0.0));
+        crossed.inside != 0
+    }
+
+    /// [`Self::intersect`] for what [`Self::cross`] has found.
+    #[inline(always)]
+    pub(crate) fn intersect_crossed<I: Isa>(
+        self,
+        isa: I,
+        ray: &PreparedRay,
+        (crossed, limit): (&Crossed, f32),
+        found: impl FnMut(BlockHit) -> bool,
+    ) -> bool {
+        let [u, v, w] = &crossed.edges;
+        let edges = EdgeFunctions { u: isa.load(u), v: isa.load(v), w: isa.load(w) };
+        let lanes = ray_lanes(isa, ray, limit);
+        let solved = self.relative_to(isa, ray).solve_inside(&lanes, (&edges, crossed.inside));
+        self.offer_hits(&solved, ray, limit, found)
+    }
+
+    #[inline(always)]
+    fn offer_hits<F: Lanes>(
+        self,
+        solved: &Solved<F>,
+        ray: &PreparedRay,
+        limit: f32,
         mut found: impl FnMut(BlockHit) -> bool,
     ) -> bool {
-        let [sx, sy, sz] = ray.shear_factors();
-        let lanes = RayLanes {
-            factors: [isa.splat(sx), isa.splat(sy), isa.splat(sz)],
-            t_min: isa.splat(ray.t_min()),
-            limit: isa.splat(limit),
-        };
-        let solved = self.relative_to(isa, ray).solve(&lanes);
         let mut hits = solved.certain | solved.special;
         if hits == 0 {
             return false;
         }
-        let (solved, original) = (solved.to_arrays(), ray.ray());
+        let (solved, ray) = (solved.to_arrays(), ray.ray());
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize % BLOCK_WIDTH;
             hits &= hits - 1;
             let triangle = (self.id(lane), || self.vertices(lane));
-            if solved.hit(lane, &original, limit, triangle).is_some_and(&mut found) {
+            if solved.hit(lane, &ray, limit, triangle).is_some_and(&mut found) {
                 return true;
             }
         }

@@ -12,7 +12,7 @@ use super::isa::{BundleRow, Isa, Lanes, Octant};
 use super::node::EXIT_WIDENING;
 use crate::geometry::triangle::{Axis, Shear};
 pub(crate) use frustum::Frustum;
-pub(crate) use triangles::BundledBlock;
+pub(crate) use triangles::{BundledBlock, CrossedPairs};
 
 /// Rays of a bundle.
 pub(crate) const BUNDLE_RAYS: usize = 64;

@@ -125,7 +125,7 @@ impl PreparedEight {
         Some((place, &self.rays[place]))
     }
 
-    /// Replaces the rays by others, of which there are at most eight.
+    /// Replaces the rays by the first eight of others.
     #[inline(always)]
     pub(crate) fn prepare<I: Isa>(&mut self, isa: I, rays: &[Ray]) {
         if let Some(rays) = rays.first_chunk() {
@@ -176,6 +176,6 @@ fn way_indices([x, y, z]: [u32; 3], longest: LongestAxis) -> u64 {
 fn bytes(bits: u32) -> u64 {
     const ONES: u64 = 0x0101_0101_0101_0101;
     // In byte `i` all bits, of which bit `i` stays; adding carries it to the highest.
-    let apart = u64::from(bits & 0xff) * ONES & 0x8040_2010_0804_0201;
-    (apart + 0x7f * ONES) >> 7 & ONES
+    let apart = (u64::from(bits & 0xff) * ONES) & 0x8040_2010_0804_0201;
+    ((apart + 0x7f * ONES) >> 7) & ONES
 }

@@ -26,8 +26,8 @@ mod neon;
 mod sse2;
 
 pub(crate) use beam::{Beam, BeamEdges, BeamVertices, MAX_GROUPS};
-pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, TriangleBlock, set_triangle};
-pub(crate) use bundle::{BUNDLE_RAYS, BundledBlock, Frustum, Loaded, NearestHit, RayBundle};
+pub(crate) use block::{BLOCK_ROWS, BLOCK_WIDTH, Crossed, EMPTY_BLOCK, TriangleBlock, set_triangle};
+pub(crate) use bundle::{BUNDLE_RAYS, BundledBlock, CrossedPairs, Frustum, Loaded, NearestHit, RayBundle};
 pub(crate) use eight_rays::PreparedEight;
 pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Window};
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, set_child};

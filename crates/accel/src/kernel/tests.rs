@@ -272,7 +272,7 @@ impl Task for Transpose {
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
-        isa.transpose(self.0.map(|row| isa.load_unaligned(&row))).map(|row| row.to_array())
+        isa.transpose(self.0.map(|row| isa.load_unaligned(&row))).map(Lanes::to_array)
     }
 }
 

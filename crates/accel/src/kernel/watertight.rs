@@ -56,10 +56,11 @@ pub(super) struct SolvedArrays<A> {
 }
 
 /// Twice the signed areas that the ray spans with the edges, each opposite to one vertex.
-struct EdgeFunctions<F> {
-    u: F,
-    v: F,
-    w: F,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeFunctions<F> {
+    pub(super) u: F,
+    pub(super) v: F,
+    pub(super) w: F,
 }
 
 /// Where the ray crosses the triangles' planes.
@@ -139,23 +140,19 @@ impl<F: Lanes> Relative<F> {
     /// Without a branch on the way: half of the time a lane is inside, and when cannot be predicted.
     #[inline(always)]
     pub(super) fn solve(&self, ray: &RayLanes<F>) -> Solved<F> {
-        let edges = self.edge_functions(ray);
+        let [sx, sy, _] = ray.factors;
+        let edges = self.edge_functions([sx, sy]);
         self.solve_inside(ray, (&edges, edges.inside(self.z[0].splat(0.0))))
     }
 
     /// [`Self::solve`] for some lanes, where most often none of them is inside.
+    /// [`Self::solve`] given the edge functions and in which lanes no two of a triangle's differ in sign.
     #[inline(always)]
-    pub(super) fn solve_few(&self, ray: &RayLanes<F>, lanes: u32) -> Option<Solved<F>> {
-        let edges = self.edge_functions(ray);
-        let inside = lanes & edges.inside(self.z[0].splat(0.0));
-        if inside == 0 {
-            return None;
-        }
-        Some(self.solve_inside(ray, (&edges, inside)))
-    }
-
-    #[inline(always)]
-    fn solve_inside(&self, ray: &RayLanes<F>, (edges, inside): (&EdgeFunctions<F>, u32)) -> Solved<F> {
+    pub(super) fn solve_inside(
+        &self,
+        ray: &RayLanes<F>,
+        (edges, inside): (&EdgeFunctions<F>, u32),
+    ) -> Solved<F> {
         let crossings = self.crossings(edges, ray);
         let hits = crossings.hits((edges, inside), ray);
         let (behind, doubtful) = self.signs(&crossings, ray, hits.straddling & !hits.on_edge);
@@ -170,9 +167,9 @@ impl<F: Lanes> Relative<F> {
         }
     }
 
+    /// The edge functions of rays with these slopes.
     #[inline(always)]
-    fn edge_functions(&self, ray: &RayLanes<F>) -> EdgeFunctions<F> {
-        let [sx, sy, _] = ray.factors;
+    pub(super) fn edge_functions(&self, [sx, sy]: [F; 2]) -> EdgeFunctions<F> {
         let [ax, bx, cx] = sheared(&self.x, &self.z, sx);
         let [ay, by, cy] = sheared(&self.y, &self.z, sy);
         EdgeFunctions { u: cx * by - cy * bx, v: ax * cy - ay * cx, w: bx * ay - by * ax }
@@ -274,7 +271,7 @@ fn largest<F: Lanes>(x: &[F; 3]) -> F {
 impl<F: Lanes> EdgeFunctions<F> {
     /// The lanes in which no two differ in sign. Padding is NaN in all three and not among them.
     #[inline(always)]
-    fn inside(&self, zero: F) -> u32 {
+    pub(super) fn inside(&self, zero: F) -> u32 {
         let lowest = self.u.min(self.v).min(self.w);
         let highest = self.u.max(self.v).max(self.w);
         zero.less_or_equal(lowest) | highest.less_or_equal(zero)

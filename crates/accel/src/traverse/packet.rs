@@ -17,8 +17,8 @@ use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BeamVertices, BundledBlock, Frustum, Isa, Lanes, Loaded,
-    MAX_GROUPS, Machine, Node, Order, RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
+    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BeamVertices, BundledBlock, CrossedPairs, Frustum, Isa, Lanes,
+    Loaded, MAX_GROUPS, Machine, Node, Order, RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
 
@@ -54,13 +54,17 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
         let Self { scene, root, rays, query } = self;
         let mut bundle = RayBundle::EMPTY;
         let mut stack = PacketStack::<N>::empty();
+        let mut crossed = CrossedPairs::none(isa);
         let (mut first, mut dissolved) = (0, 0_u32);
         while first < rays.len() {
             let packet = &rays[first..rays.len().min(first + BUNDLE_RAYS)];
             prefetch(isa, &rays[first + packet.len()..]);
             let mut query = Part { query: &mut *query, first };
-            let effort =
-                Packets { scene, root, rays: packet, query: &mut query }.search(isa, &mut bundle, &mut stack);
+            let effort = Packets { scene, root, rays: packet, query: &mut query }.search(
+                isa,
+                &mut bundle,
+                (&mut stack, &mut crossed),
+            );
             first += packet.len();
             if effort.is_worthwhile() {
                 dissolved = dissolved.saturating_sub(1);
@@ -88,7 +92,7 @@ fn prefetch<I: Isa>(isa: I, rays: &[Ray]) {
 }
 
 /// Nodes and leaves that are soon visited, whatever the rays share.
-const FEW_VISITS: u32 = 48;
+const FEW_VISITS: u32 = 96;
 
 /// A packet that visits more nodes and leaves is dissolved.
 const MOST_VISITS: u32 = 1024;
@@ -145,7 +149,12 @@ impl<Q: Query> Query for Part<'_, Q> {
 impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
     /// Finds the nearest hits of up to [`BUNDLE_RAYS`] rays; returns what the packet that saw most has visited.
     #[inline(always)]
-    fn search<I: Isa>(self, isa: I, bundle: &mut RayBundle, stack: &mut PacketStack<N>) -> Effort {
+    fn search<I: Isa>(
+        self,
+        isa: I,
+        bundle: &mut RayBundle,
+        (stack, crossed): (&mut PacketStack<N>, &mut CrossedPairs<I::Wide>),
+    ) -> Effort {
         let Self { scene, root, rays, query } = self;
         query.begin(0..rays.len());
         let mut most = Effort::default();
@@ -156,8 +165,9 @@ impl<Q: Query<Search = Nearest>, const N: usize> Packets<'_, Q, N> {
                 break;
             };
             wanted = others;
-            let effort = Packet { scene, rays, bundle: &mut *bundle, frustum: &frustum, beam: &beam }
-                .traverse(isa, root, stack);
+            let (bundle, crossed) = (&mut *bundle, &mut *crossed);
+            let packet = Packet { scene, rays, bundle, frustum: &frustum, beam: &beam, crossed };
+            let effort = packet.traverse(isa, root, stack);
             most = most.max(effort);
             if effort.visits > MOST_VISITS {
                 continue;
@@ -192,24 +202,30 @@ fn places(mut set: u64) -> impl Iterator<Item = usize> {
 }
 
 /// Rays on their common way through a tree.
-struct Packet<'a> {
+struct Packet<'a, F> {
     scene: Scene<'a>,
     rays: &'a [Ray],
     bundle: &'a mut RayBundle,
     frustum: &'a Frustum,
     beam: &'a Option<Beam>,
+    crossed: &'a mut CrossedPairs<F>,
 }
 
 /// The cost of testing a block's triangles against one ray, and that of testing one triangle against a group of rays.
-const RAY_COST: u32 = 10;
-const TRIANGLE_COST: u32 = 4;
+const RAY_COST: u32 = 5;
+const TRIANGLE_COST: u32 = 1;
 
-impl Packet<'_> {
+impl<F: Lanes> Packet<'_, F> {
     /// Visits what any ray may hit; returns what that was.
     ///
     /// Gives up after [`MOST_VISITS`].
     #[inline(always)]
-    fn traverse<I: Isa, const N: usize>(mut self, isa: I, root: u32, stack: &mut PacketStack<N>) -> Effort {
+    fn traverse<I: Isa<Wide = F>, const N: usize>(
+        mut self,
+        isa: I,
+        root: u32,
+        stack: &mut PacketStack<N>,
+    ) -> Effort {
         stack.clear();
         let mut effort = Effort::default();
         let mut reach = self.bundle.greatest_reach(isa);
@@ -231,7 +247,12 @@ impl Packet<'_> {
 
     /// Tests the rays that meet a leaf's box; returns whether any of them hit something.
     #[inline(always)]
-    fn visit_leaf<I: Isa, const N: usize>(&mut self, isa: I, entry: &Entry, effort: &mut Effort) -> bool {
+    fn visit_leaf<I: Isa<Wide = F>, const N: usize>(
+        &mut self,
+        isa: I,
+        entry: &Entry,
+        effort: &mut Effort,
+    ) -> bool {
         let node = self.scene.trees.node(Child::row(entry.parent));
         let planes = self.frustum.child_planes(node, lane_of(node, entry.child));
         let mut meeting = 0;
@@ -258,7 +279,7 @@ impl Packet<'_> {
 
     /// Tests a leaf against some rays, one by one.
     #[inline(always)]
-    fn test_rays<I: Isa, const N: usize>(&mut self, isa: I, leaf: u32, meeting: u64) -> bool {
+    fn test_rays<I: Isa<Wide = F>, const N: usize>(&mut self, isa: I, leaf: u32, meeting: u64) -> bool {
         let mut changed = false;
         for place in places(meeting) {
             let Some(ray) = PreparedRay::new(&self.rays[place]) else { continue };
@@ -277,7 +298,7 @@ impl Packet<'_> {
 
     /// The triangles of a block that rays of each group may hit, one bit each, and their vertices as the rays of a beam see them.
     #[inline(always)]
-    fn candidates<I: Isa>(&self, isa: I, block: TriangleBlock<'_>, meeting: u64) -> Candidates<I> {
+    fn candidates<I: Isa<Wide = F>>(&self, isa: I, block: TriangleBlock<'_>, meeting: u64) -> Candidates<I> {
         let mut candidates = [0; MAX_GROUPS];
         let Some(beam) = self.beam else { return ([block.all(isa); MAX_GROUPS], None) };
         let edges = BeamEdges::new(isa, block, beam);
@@ -291,20 +312,23 @@ impl Packet<'_> {
 
     /// Tests some triangles of a block against each group.
     #[inline(always)]
-    fn test_triangles<I: Isa>(
+    fn test_triangles<I: Isa<Wide = F>>(
         &mut self,
         isa: I,
         block: BundledBlock<'_, I>,
         (candidates, meeting): (&[u32; MAX_GROUPS], u64),
     ) -> bool {
-        let mut changed = false;
+        let mut pairs = 0_u64;
         for (group, &triangles) in candidates.iter().take(BUNDLE_RAYS / I::WIDE).enumerate() {
-            let lanes = lanes_of::<I>(meeting, group);
-            for triangle in places(triangles.into()) {
-                changed |= self.bundle.intersect(isa, (group, lanes), (block, triangle), self.rays);
-            }
+            pairs |= u64::from(triangles) << (group * WIDTH);
         }
-        changed
+        self.crossed.clear();
+        for pair in places(pairs) {
+            let (group, triangle) = (pair / WIDTH, pair % WIDTH);
+            let rays = (group, lanes_of::<I>(meeting, group));
+            self.bundle.cross(isa, rays, (block, triangle), self.crossed);
+        }
+        self.bundle.intersect(isa, (block, self.crossed), self.rays)
     }
 }
 
@@ -379,7 +403,8 @@ impl<const N: usize> PacketStack<N> {
 
     /// Sorts what was pushed at a place, the nearest last.
     ///
-    /// By insertion: there are seldom more than three. Octant order, which suffices for one ray, visits 1.4 times the nodes in rooms.
+    /// There are seldom more than three. Octant order, which suffices for one ray, visits 1.3 times as many nodes in a room and tests 1.5
+    /// times as many triangles.
     #[inline(always)]
     fn sort_pushed(&mut self, place: usize, pushed: usize) {
         let end = (place + pushed).min(N);
@@ -405,6 +430,37 @@ impl<const N: usize> PacketStack<N> {
             if self.enters[place] <= reach {
                 return Some(Entry { child: self.children[place].to_bits(), parent: self.parents[place] });
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_pushed_is_sorted_where_it_stands() {
+        let mut random = 1_u32;
+        for round in 0..1000 {
+            let mut number = || {
+                random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+                (random >> 28) as f32
+            };
+            let mut stack = PacketStack::<{ 3 * WIDTH }>::empty();
+            let (place, pushed) = (round % WIDTH, round / WIDTH % (WIDTH + 1));
+            for enter in &mut stack.enters {
+                *enter = number();
+            }
+            for (child, enter) in stack.children.iter_mut().zip(stack.enters) {
+                // Names that tell with which parameter they came.
+                *child = 100.0 + enter;
+            }
+            let before = stack.enters;
+            stack.sort_pushed(place, pushed);
+            let mut expected = before;
+            expected[place..place + pushed].sort_by(|a, b| b.total_cmp(a));
+            assert_eq!(stack.enters, expected);
+            assert_eq!(stack.children, expected.map(|enter| 100.0 + enter));
         }
     }
 }

@@ -10,9 +10,9 @@ use std::ops::Range;
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
-use super::wide::{Scene, visit_block, visit_other};
-use super::{NoCount, PreparedRay, Search};
-use crate::kernel::{EXIT_WIDENING, Isa, Machine, PreparedEight, Task, WIDTH};
+use super::wide::{Scene, visit_other};
+use super::{Candidate, NoCount, PreparedRay, Search};
+use crate::kernel::{Crossed, EXIT_WIDENING, Isa, Machine, PreparedEight, Task, WIDTH};
 use crate::layout::{Child, Stage, WideTree};
 
 /// Rays in flight: a power of two.
@@ -57,6 +57,8 @@ pub(super) struct Stream<'a, Q, const N: usize> {
 /// A ray in flight.
 struct Slot<S, const N: usize> {
     ray: PreparedRay,
+    /// What its line passes through in the block where it is.
+    crossed: Crossed,
     search: S,
     stack: Stack<N>,
     /// [`EXIT_WIDENING`] times the limit of the search.
@@ -119,8 +121,21 @@ impl Waiting {
     }
 }
 
-/// Slots in ascending order.
+/// Slots, as a set of bits; iterated in ascending order.
+#[derive(Clone, Copy, Default)]
 struct SlotSet(u32);
+
+impl SlotSet {
+    #[inline(always)]
+    fn insert_if(&mut self, condition: bool, slot: usize) {
+        self.0 |= u32::from(condition) << slot;
+    }
+
+    #[inline(always)]
+    fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+}
 
 impl Iterator for SlotSet {
     type Item = usize;
@@ -158,10 +173,22 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
                 let next = slot.visit_node(isa, scene);
                 waiting.join(slot.go_to(isa, scene, next), place);
             }
-            for place in waiting.take_blocks() {
+            // First for all whether the ray's line passes through a triangle: a branch on it cannot be predicted, and would make the
+            // processor wait for each.
+            let blocks = waiting.take_blocks();
+            let mut crossed = SlotSet::default();
+            for place in blocks {
                 let Some(slot) = &mut slots[place] else { continue };
-                let search = (&mut slot.search, &mut NoCount);
-                let ended = visit_block(isa, scene, slot.child, &slot.ray, search);
+                crossed.insert_if(slot.cross_block(isa, scene), place);
+            }
+            for place in blocks.without(crossed) {
+                let Some(slot) = &mut slots[place] else { continue };
+                let next = slot.stack.pop();
+                waiting.join(slot.go_to(isa, scene, next), place);
+            }
+            for place in crossed {
+                let Some(slot) = &mut slots[place] else { continue };
+                let ended = slot.intersect_block(isa, scene);
                 let next = slot.after_leaf(isa, ended);
                 waiting.join(slot.go_to(isa, scene, next), place);
             }
@@ -220,7 +247,16 @@ impl<S: Search, const N: usize> Slot<S, N> {
     fn new<Q: Query<Search = S>>((place, ray): (usize, &PreparedRay), query: &Q, root: u32) -> Self {
         let search = query.start(place, ray.limit());
         let reach = search.limit() * EXIT_WIDENING;
-        Self { ray: *ray, search, stack: Stack::empty(), reach, child: root, place, ended: false }
+        Self {
+            ray: *ray,
+            crossed: Crossed::NONE,
+            search,
+            stack: Stack::empty(),
+            reach,
+            child: root,
+            place,
+            ended: false,
+        }
     }
 
     /// As [`Self::new`], without clearing the memory of the stack.
@@ -245,6 +281,22 @@ impl<S: Search, const N: usize> Slot<S, N> {
             self.stack.push_children::<I, false>(isa, node, &self.ray, self.reach);
         }
         self.stack.pop()
+    }
+
+    /// Finds the triangles of a block through which the ray's line passes; returns whether there are any.
+    #[inline(always)]
+    fn cross_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
+        scene.trees.block(Child::row(self.child)).cross(isa, &self.ray, &mut self.crossed)
+    }
+
+    /// Tests the triangles through which the ray's line passes; returns whether the search is over.
+    #[inline(always)]
+    fn intersect_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
+        let block = scene.trees.block(Child::row(self.child));
+        let crossed = (&self.crossed, self.search.limit());
+        block.intersect_crossed(isa, &self.ray, crossed, |hit| {
+            self.search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
+        })
     }
 
     /// Drops what a leaf has made superfluous; returns what is to be visited next.

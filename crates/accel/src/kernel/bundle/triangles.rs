@@ -2,31 +2,107 @@
 
 use sahl_math::{Ray, Vec3};
 
-use super::super::WIDTH;
 use super::super::beam::BeamVertices;
 use super::super::block::TriangleBlock;
 use super::super::isa::{BundleRow, Isa, Lanes};
 use super::super::node::EXIT_WIDENING;
-use super::super::watertight::{RayLanes, Relative, SolvedArrays};
+use super::super::watertight::{EdgeFunctions, RayLanes, Relative, SolvedArrays};
+use super::super::{BUNDLE_RAYS, WIDTH};
 use super::{NearestHit, RayBundle};
 use crate::geometry::triangle::Axis;
 
+/// Pairs of a group of rays and a triangle: as many as a block has with the narrowest groups.
+const MOST_PAIRS: usize = BUNDLE_RAYS / WIDTH * WIDTH;
+
+/// The pairs of a group of rays and a triangle of a block through which the line of one of the rays passes.
+///
+/// Found for all pairs before any is looked at more closely: whether a line passes cannot be predicted, and a branch on it would make
+/// the processor wait for each edge function.
+pub(crate) struct CrossedPairs<F> {
+    edges: [EdgeFunctions<F>; MOST_PAIRS],
+    /// The rays whose lines pass, one bit each.
+    inside: [u32; MOST_PAIRS],
+    pairs: [Pair; MOST_PAIRS],
+    count: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Pair {
+    group: u8,
+    triangle: u8,
+}
+
+impl<F: Lanes> CrossedPairs<F> {
+    /// None, but with memory for them.
+    #[inline(always)]
+    pub(crate) fn none<I: Isa<Wide = F>>(isa: I) -> Self {
+        let any = isa.load_wide(&BundleRow::splat(0.0), 0);
+        Self {
+            edges: [EdgeFunctions { u: any, v: any, w: any }; MOST_PAIRS],
+            inside: [0; MOST_PAIRS],
+            pairs: [Pair::default(); MOST_PAIRS],
+            count: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+}
+
 impl RayBundle {
-    /// Tests a triangle against some rays of a group, one bit each; returns whether any of them hits it before what it has hit.
+    /// Adds a triangle and some rays of a group, one bit each, if the line of one of them passes through it.
+    #[inline(always)]
+    pub(crate) fn cross<I: Isa>(
+        &self,
+        isa: I,
+        (group, lanes): (usize, u32),
+        (block, triangle): (BundledBlock<'_, I>, usize),
+        crossed: &mut CrossedPairs<I::Wide>,
+    ) {
+        let triangle = triangle % WIDTH;
+        let Some((relative, rays)) = self.prepare(isa, group, (block, triangle)) else { return };
+        let [sx, sy, _] = rays.factors;
+        let edges = relative.edge_functions([sx, sy]);
+        let inside = lanes & edges.inside(rays.t_min.splat(0.0));
+        let place = crossed.count % MOST_PAIRS;
+        crossed.edges[place] = edges;
+        crossed.inside[place] = inside;
+        crossed.pairs[place] = Pair { group: group as u8, triangle: triangle as u8 };
+        crossed.count += usize::from(inside != 0);
+    }
+
+    /// Tests the triangles of pairs of a block; returns whether any ray hits one of them before what it has hit.
     ///
-    /// The rays must have a common axis. `rays` are those from which the bundle was loaded.
+    /// `rays` are those from which the bundle was loaded.
     #[inline(always)]
     pub(crate) fn intersect<I: Isa>(
         &mut self,
         isa: I,
-        (group, lanes): (usize, u32),
-        (block, triangle): (BundledBlock<'_, I>, usize),
+        (block, crossed): (BundledBlock<'_, I>, &CrossedPairs<I::Wide>),
         rays: &[Ray],
     ) -> bool {
-        let triangle = triangle % WIDTH;
+        let mut changed = false;
+        for place in 0..crossed.count.min(MOST_PAIRS) {
+            changed |= self.intersect_pair(isa, block, (crossed, place), rays);
+        }
+        changed
+    }
+
+    #[inline(always)]
+    fn intersect_pair<I: Isa>(
+        &mut self,
+        isa: I,
+        block: BundledBlock<'_, I>,
+        (crossed, place): (&CrossedPairs<I::Wide>, usize),
+        rays: &[Ray],
+    ) -> bool {
+        let Pair { group, triangle } = crossed.pairs[place];
+        let (group, triangle) = (group.into(), usize::from(triangle) % WIDTH);
         let Some((relative, ray_lanes)) = self.prepare(isa, group, (block, triangle)) else { return false };
         let block = block.block;
-        let Some(solved) = relative.solve_few(&ray_lanes, lanes) else { return false };
+        let solved = relative.solve_inside(&ray_lanes, (&crossed.edges[place], crossed.inside[place]));
         let (limit, id) = (ray_lanes.limit, block.id(triangle));
         // What is as near as what was hit is decided by names, one by one.
         let special = solved.special | solved.certain & solved.t.equal(limit);

@@ -4,8 +4,8 @@ use sahl_math::{Ray, Vec3};
 
 use super::super::isa::{Isa, Lanes, Row, Task};
 use super::super::{
-    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BundledBlock, EMPTY_BLOCK, EXIT_WIDENING, Loaded, MAX_GROUPS,
-    NODE_ROWS, NearestHit, Node, RayBundle, TriangleBlock, WIDTH, set_triangle,
+    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BundledBlock, CrossedPairs, EMPTY_BLOCK, EXIT_WIDENING, Loaded,
+    MAX_GROUPS, NODE_ROWS, NearestHit, Node, RayBundle, TriangleBlock, WIDTH, set_triangle,
 };
 use super::queries::node;
 use super::{Random, agreed};
@@ -243,6 +243,7 @@ impl Task for Triangles<'_> {
                 assert_eq!(missed, 0, "the beam misses what {:?} hits", case.rays[place]);
             }
         }
+        let mut crossed = CrossedPairs::none(isa);
         for triangle in 0..case.triangles.len() {
             let block = TriangleBlock(&blocks[triangle / WIDTH]);
             // Every other one relative to each ray's origin, though they all start at one point.
@@ -252,12 +253,14 @@ impl Task for Triangles<'_> {
             for group in 0..BUNDLE_RAYS / I::WIDE {
                 // Every other group is asked in two halves.
                 let all = (members >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);
+                crossed.clear();
                 for lanes in if group % 2 == 0 { [all, 0] } else { [0x5555 & all, 0xaaaa & all] } {
-                    let before: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
-                    let changed = bundle.intersect(isa, (group, lanes), named, &case.rays);
-                    let after: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
-                    assert_eq!(changed, before != after);
+                    bundle.cross(isa, (group, lanes), named, &mut crossed);
                 }
+                let before: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
+                let changed = bundle.intersect(isa, (named.0, &crossed), &case.rays);
+                let after: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
+                assert_eq!(changed, before != after);
             }
         }
         Some(places().map(|place| (place, hit_bits(&bundle.nearest(place)))).collect())

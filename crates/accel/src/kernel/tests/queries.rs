@@ -3,9 +3,10 @@
 use sahl_math::{Ray, Vec3};
 
 use super::super::isa::{Isa, Lanes, Row, Task};
+use super::super::watertight::BlockHit;
 use super::super::{
-    BLOCK_ROWS, BLOCK_WIDTH, EMPTY_BLOCK, EXIT_WIDENING, NODE_ROWS, Node, PreparedRay, TriangleBlock, WIDTH,
-    set_triangle,
+    BLOCK_ROWS, BLOCK_WIDTH, Crossed, EMPTY_BLOCK, EXIT_WIDENING, NODE_ROWS, Node, PreparedRay,
+    TriangleBlock, WIDTH, set_triangle,
 };
 use super::{Random, agreed, bits};
 use crate::geometry::triangle;
@@ -121,17 +122,29 @@ struct BlockHits<'a> {
 /// Id and bits of parameter and weights.
 type HitBits = [u32; 4];
 
+fn hit_bits(hit: &BlockHit) -> HitBits {
+    [hit.id, hit.t.to_bits(), hit.b1.to_bits(), hit.b2.to_bits()]
+}
+
 impl Task for BlockHits<'_> {
     type Output = (Vec<HitBits>, bool);
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Self::Output {
+        let (block, ray) = (TriangleBlock(self.block), PreparedRay::of_usable(self.ray));
         let mut hits = Vec::new();
-        let block_ray = PreparedRay::of_usable(self.ray);
-        let ended = TriangleBlock(self.block).intersect(isa, &block_ray, self.limit, |hit| {
-            hits.push([hit.id, hit.t.to_bits(), hit.b1.to_bits(), hit.b2.to_bits()]);
+        let ended = block.intersect(isa, &ray, self.limit, |hit| {
+            hits.push(hit_bits(&hit));
             hits.len() == self.wanted
         });
+        // In two steps, as batches do.
+        let (mut again, mut crossed) = (Vec::new(), Crossed::NONE);
+        let ended_again = block.cross(isa, &ray, &mut crossed)
+            && block.intersect_crossed(isa, &ray, (&crossed, self.limit), |hit| {
+                again.push(hit_bits(&hit));
+                again.len() == self.wanted
+            });
+        assert_eq!((&again, ended_again), (&hits, ended));
         (hits, ended)
     }
 }
