@@ -4,6 +4,7 @@ use crate::{Vec3, gamma};
 
 /// A half-line with the interval of parameters in which hits count.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// Eight numbers first, in this order: `sahl-accel` loads them at once, and asserts that they are there.
 #[repr(C)]
 pub struct Ray {
     /// Where the ray starts.

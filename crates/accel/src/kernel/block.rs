@@ -50,6 +50,17 @@ pub(super) enum VertexRows {
 
 const _: () = assert!(VertexRows::Z as usize == 6 * size_of::<Row>());
 
+impl VertexRows {
+    /// Those of an axis.
+    pub(super) const fn of(axis: Axis) -> Self {
+        match axis {
+            Axis::X => Self::X,
+            Axis::Y => Self::Y,
+            Axis::Z => Self::Z,
+        }
+    }
+}
+
 /// The triangles of a block through which a ray's line passes, and all edge functions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossed {
@@ -68,17 +79,6 @@ fn ray_lanes<I: Isa>(isa: I, ray: &PreparedRay, limit: f32) -> RayLanes<I::F32> 
     let [sx, sy, sz] = ray.shear_factors();
     let factors = [isa.splat(sx), isa.splat(sy), isa.splat(sz)];
     RayLanes { factors, t_min: isa.splat(ray.t_min()), limit: isa.splat(limit) }
-}
-
-impl VertexRows {
-    /// Those of an axis.
-    pub(super) const fn of(axis: Axis) -> Self {
-        match axis {
-            Axis::X => Self::X,
-            Axis::Y => Self::Y,
-            Axis::Z => Self::Z,
-        }
-    }
 }
 
 impl TriangleBlock<'_> {
@@ -188,7 +188,7 @@ impl TriangleBlock<'_> {
 
     #[inline(always)]
     fn relative<I: Isa>(self, isa: I, ray: &PreparedRay, axis: usize) -> [I::F32; 3] {
-        let [p0, p1, p2] = self.vertex_rows(ray.way().vertices[axis]);
+        let [p0, p1, p2] = self.vertex_rows(ray.orientation().vertices[axis]);
         let base = isa.splat(ray.turned_origin()[axis]);
         [isa.load(p0) - base, isa.load(p1) - base, isa.load(p2) - base]
     }

@@ -7,7 +7,7 @@ use sahl_math::{Ray, Vec3};
 use super::WIDTH;
 use super::isa::{Isa, Lanes, Row};
 use super::node::EXIT_WIDENING;
-use super::prepared::{PreparedRay, Way};
+use super::prepared::{Orientation, PreparedRay};
 
 /// Eight rays, one a lane; a row for each coordinate.
 #[derive(Clone, Copy, Debug)]
@@ -150,25 +150,25 @@ impl PreparedEight {
         let (x, y, z) = (axis.pick([oy, oz, ox]), axis.pick([oz, ox, oy]), axis.pick([ox, oy, oz]));
         let scale = axis.pick([rx, ry, rz]);
         let (sx, sy) = (axis.pick([dy, dz, dx]) * scale, axis.pick([dz, dx, dy]) * scale);
-        let sheared = isa.transpose([x, y, z, sx, sy, scale, unused, unused]);
+        let turned = isa.transpose([x, y, z, sx, sy, scale, unused, unused]);
         // By the sign bits: a zero direction's reciprocal is an infinite number of its sign.
         let negative = [rx.less(unused), ry.less(unused), rz.less(unused)];
-        let ways = way_indices(negative, axis);
+        let orientations = orientation_indices(negative, axis);
         for (lane, ray) in self.rays.iter_mut().enumerate() {
             ray.numbers = Row(eight.numbers[lane].to_array());
             ray.reciprocals = Row(reciprocals[lane].to_array());
-            ray.sheared = Row(sheared[lane].to_array());
-            ray.way = *Way::at((ways >> (8 * lane)) as usize);
+            ray.turned = Row(turned[lane].to_array());
+            ray.orientation = *Orientation::at((orientations >> (8 * lane)) as usize);
             ray.time = rays[lane].time;
         }
     }
 }
 
-/// The places of the rays' ways, a byte each.
+/// The indices of the rays' orientations, a byte each.
 #[inline(always)]
-fn way_indices([x, y, z]: [u32; 3], longest: LongestAxis) -> u64 {
+fn orientation_indices([x, y, z]: [u32; 3], longest: LongestAxis) -> u64 {
     let octants = bytes(x) | bytes(y) << 1 | bytes(z) << 2;
-    octants | (bytes(longest.y) | bytes(longest.z) << 1) << Way::OCTANT_BITS
+    octants | (bytes(longest.y) | bytes(longest.z) << 1) << Orientation::OCTANT_BITS
 }
 
 /// For each of eight bits a byte that is 0 or 1.

@@ -58,15 +58,22 @@ pub(crate) trait Isa: Copy {
     fn load(self, row: &Row) -> Self::F32;
 
     /// The lanes of numbers that lie anywhere.
-    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> Self::F32;
+    #[inline(always)]
+    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> Self::F32 {
+        self.load(&Row(*numbers))
+    }
 
     /// Exchanges rows and lanes: what was lane `i` of row `k` becomes lane `k` of row `i`.
-    fn transpose(self, rows: [Self::F32; WIDTH]) -> [Self::F32; WIDTH];
+    #[inline(always)]
+    fn transpose(self, rows: [Self::F32; WIDTH]) -> [Self::F32; WIDTH] {
+        let rows = rows.map(Self::F32::to_array);
+        std::array::from_fn(|lane| self.load(&Row(rows.map(|row| row[lane]))))
+    }
 
-    /// The lanes of the rows of a group of [`Self::WIDE`].
+    /// The numbers of a group of [`Self::WIDE`] rays.
     fn load_wide(self, rows: &BundleRow, group: usize) -> Self::Wide;
 
-    /// Writes the lanes to the rows of a group.
+    /// Replaces the numbers of a group of rays.
     fn store_wide(self, lanes: Self::Wide, rows: &mut BundleRow, group: usize);
 
     /// The lanes from the fifth on, then those before it.

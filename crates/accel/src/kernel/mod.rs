@@ -1,4 +1,4 @@
-//! Eight lanes at a time: the instruction sets, and the tests of nodes and triangles that run on them.
+//! Eight lanes at a time: the instruction sets, and what runs on them: the preparation of rays, and the tests of nodes and triangles.
 //!
 //! [`isa::Isa`] is what a test asks of an instruction set. The scalar one is the specification; all give the same bits, so
 //! that every tier visits the same nodes and returns the same hits.
@@ -38,6 +38,7 @@ pub(crate) use tier::Machine;
 pub use tier::Tier;
 #[cfg(test)]
 pub(crate) use tier::dispatch;
+pub(crate) use watertight::BlockHit;
 
 /// Children of a node, and lanes of every operation.
 pub(crate) const WIDTH: usize = 8;

@@ -51,17 +51,6 @@ impl Isa for Neon {
     }
 
     #[inline(always)]
-    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
-        self.load(&Row(*numbers))
-    }
-
-    #[inline(always)]
-    fn transpose(self, rows: [F32x8; WIDTH]) -> [F32x8; WIDTH] {
-        let rows = rows.map(F32x8::to_array);
-        std::array::from_fn(|lane| self.load(&Row(rows.map(|row| row[lane]))))
-    }
-
-    #[inline(always)]
     fn load_wide(self, rows: &BundleRow, group: usize) -> F32x8 {
         self.load_unaligned(&rows.0.as_chunks().0[group % (BUNDLE_RAYS / WIDTH)])
     }

@@ -98,7 +98,7 @@ impl<'a> Node<'a> {
     #[inline(always)]
     pub(crate) fn interval<I: Isa>(self, isa: I, ray: &PreparedRay, reach: f32) -> Interval<I::F32> {
         let PlaneRows { enter: [enter_x, enter_y, enter_z], exit: [exit_x, exit_y, exit_z] } =
-            ray.way().planes;
+            ray.orientation().planes;
         let ([ox, oy, oz], [rx, ry, rz], [wx, wy, wz]) = (ray.origin(), ray.reciprocal(), ray.widened());
         // A plane that holds the origin of a ray along it and ends the box gives NaN, and the operand after it is taken:
         // such a plane bounds nothing, nor does the one before it. In pairs, which are a step less to wait for than a chain.

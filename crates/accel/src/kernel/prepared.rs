@@ -19,16 +19,16 @@ pub(crate) struct PreparedRay {
     /// One over the direction, for the planes where the ray enters, and [`EXIT_WIDENING`] times that for those where it leaves.
     pub(super) reciprocals: Row,
     /// The origin in the order of [`Shear::axes`], and [`Shear::factors`].
-    pub(super) sheared: Row,
-    /// A copy: what it points to would be asked for at each step.
-    pub(super) way: Way,
+    pub(super) turned: Row,
+    /// A copy: a pointer would be followed at each step.
+    pub(super) orientation: Orientation,
     pub(super) time: f32,
 }
 
 /// What depends on nothing but the signs of a ray's direction and the axis along which it is longest.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
-pub(crate) struct Way {
+pub(crate) struct Orientation {
     pub(crate) order: Order,
     pub(super) planes: PlaneRows,
     /// The rows of a block in the order of the axes.
@@ -37,25 +37,25 @@ pub(crate) struct Way {
     pub(crate) octant: Octant,
 }
 
-impl Way {
+impl Orientation {
     /// The bits of an index that stand for the octant.
     pub(super) const OCTANT_BITS: u32 = 3;
     const COUNT: usize = 4 << Self::OCTANT_BITS;
 
-    /// The way of an octant, the lower bits of the index, and of a longest axis, the higher ones: both 2 and 3 mean z.
+    /// That of an octant, the lower bits of the index, and of a longest axis, the higher ones: both 2 and 3 mean z.
     #[inline(always)]
     pub(super) fn at(index: usize) -> &'static Self {
-        static WAYS: [Way; Way::COUNT] = {
-            let mut ways = [Way::new(Octant::at(0), Axis::X); Way::COUNT];
+        static ORIENTATIONS: [Orientation; Orientation::COUNT] = {
+            let mut all = [Orientation::new(Octant::at(0), Axis::X); Orientation::COUNT];
             let mut index = 0;
-            while index < Way::COUNT {
-                let axis = [Axis::X, Axis::Y, Axis::Z, Axis::Z][index >> Way::OCTANT_BITS];
-                ways[index] = Way::new(Octant::at(index), axis);
+            while index < Orientation::COUNT {
+                let axis = [Axis::X, Axis::Y, Axis::Z, Axis::Z][index >> Orientation::OCTANT_BITS];
+                all[index] = Orientation::new(Octant::at(index), axis);
                 index += 1;
             }
-            ways
+            all
         };
-        &WAYS[index % Self::COUNT]
+        &ORIENTATIONS[index % Self::COUNT]
     }
 
     const fn new(octant: Octant, longest: Axis) -> Self {
@@ -69,9 +69,9 @@ impl Way {
 impl PreparedRay {
     /// A ray that hits nothing, in places for others.
     pub(crate) const NONE: Self = {
-        const WAY: Way = Way::new(Octant::at(0), Axis::X);
+        const ORIENTATION: Orientation = Orientation::new(Octant::at(0), Axis::X);
         let zero = Row::splat(0.0);
-        Self { numbers: zero, reciprocals: zero, sheared: zero, way: WAY, time: 0.0 }
+        Self { numbers: zero, reciprocals: zero, turned: zero, orientation: ORIENTATION, time: 0.0 }
     };
 
     /// `None` for a ray that hits nothing: see [`can_hit`].
@@ -94,8 +94,10 @@ impl PreparedRay {
             // Negative parameters lie behind the origin and never count.
             numbers: Row([o.x, o.y, o.z, d.x, d.y, d.z, at_least_zero(ray.t_min), t_max]),
             reciprocals: Row([enter.x, enter.y, enter.z, exit.x, exit.y, exit.z, 0.0, 0.0]),
-            sheared: Row([x, y, z, sx, sy, sz, 0.0, 0.0]),
-            way: *Way::at(Octant::of(d).index() | (longest as usize) << Way::OCTANT_BITS),
+            turned: Row([x, y, z, sx, sy, sz, 0.0, 0.0]),
+            orientation: *Orientation::at(
+                Octant::of(d).index() | (longest as usize) << Orientation::OCTANT_BITS,
+            ),
             time,
         }
     }
@@ -125,12 +127,12 @@ impl PreparedRay {
 
     #[inline(always)]
     pub(crate) fn shear(&self) -> Shear {
-        Shear { axes: self.way.axes, factors: self.shear_factors() }
+        Shear { axes: self.orientation.axes, factors: self.shear_factors() }
     }
 
     #[inline(always)]
-    pub(crate) fn way(&self) -> &Way {
-        &self.way
+    pub(crate) fn orientation(&self) -> &Orientation {
+        &self.orientation
     }
 
     #[inline(always)]
@@ -156,12 +158,12 @@ impl PreparedRay {
 
     #[inline(always)]
     pub(super) fn turned_origin(&self) -> [f32; 3] {
-        first_three(&self.sheared)
+        first_three(&self.turned)
     }
 
     #[inline(always)]
     pub(super) fn shear_factors(&self) -> [f32; 3] {
-        second_three(&self.sheared)
+        second_three(&self.turned)
     }
 }
 

@@ -145,7 +145,6 @@ impl<F: Lanes> Relative<F> {
         self.solve_inside(ray, (&edges, edges.inside(self.z[0].splat(0.0))))
     }
 
-    /// [`Self::solve`] for some lanes, where most often none of them is inside.
     /// [`Self::solve`] given the edge functions and in which lanes no two of a triangle's differ in sign.
     #[inline(always)]
     pub(super) fn solve_inside(

@@ -1,7 +1,7 @@
 //! What a query looks for.
 
 use super::PreparedRay;
-use crate::kernel::NearestHit;
+use crate::kernel::{BlockHit, NearestHit};
 
 /// A hit on its way to becoming the result.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +11,13 @@ pub(crate) struct Candidate {
     pub(crate) id: u32,
     /// Triangles and halves of patches: barycentric weights; curved patches: (u, v); quadrics: unused.
     pub(crate) weights: [f32; 2],
+}
+
+impl From<BlockHit> for Candidate {
+    #[inline(always)]
+    fn from(BlockHit { t, b1, b2, id }: BlockHit) -> Self {
+        Self { t, id, weights: [b1, b2] }
+    }
 }
 
 /// A candidate with the instance in which it was found.

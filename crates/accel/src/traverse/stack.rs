@@ -99,7 +99,8 @@ impl<const N: usize> Stack<N> {
     ) {
         let interval = node.interval(isa, ray, reach);
         if let Some(window) = self.window(self.height) {
-            self.height += isa.push::<ENTERS>(node.children(), interval, &ray.way().order, window).count();
+            self.height +=
+                isa.push::<ENTERS>(node.children(), interval, &ray.orientation().order, window).count();
         }
     }
 
@@ -119,8 +120,8 @@ impl<const N: usize> Stack<N> {
         let height = self.height & Self::MASK;
         let before = self.children[height.wrapping_sub(1) & Self::MASK].to_bits();
         let Some(window) = self.window(height) else { return Child::NOTHING };
-        let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.way().order, window);
-        let last = node.children().0[pushed.last_lane(ray.way().octant)].to_bits();
+        let pushed = isa.push::<ENTERS>(node.children(), interval, &ray.orientation().order, window);
+        let last = node.children().0[pushed.last_lane(ray.orientation().octant)].to_bits();
         self.height = (height + pushed.count()).wrapping_sub(1);
         select_unpredictable(pushed == Pushed(0), before, last)
     }

@@ -3,7 +3,8 @@
 //! One ray's way through a tree is a chain: where it goes next is known only when the last box test has come out of the
 //! pipeline, and half of the branches cannot be predicted. So some rays are kept in flight. Those that stand
 //! before a node wait in one queue and those before a leaf in another: each loop does one thing, without asking which,
-//! and the processor works on several rays at once. The memory of a ray's next node is asked for when the ray joins a queue.
+//! and the processor works on several rays at once. The memory of a ray's next node is asked for when the ray joins a queue. Of the rays
+//! before blocks it is first found for all whether their lines pass through a triangle. Rays are prepared eight at a time.
 
 use std::ops::Range;
 
@@ -11,7 +12,7 @@ use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::wide::{Scene, visit_other};
-use super::{Candidate, NoCount, PreparedRay, Search};
+use super::{NoCount, PreparedRay, Search};
 use crate::kernel::{Crossed, EXIT_WIDENING, Isa, Machine, PreparedEight, Task, WIDTH};
 use crate::layout::{Child, Stage, WideTree};
 
@@ -57,7 +58,7 @@ pub(super) struct Stream<'a, Q, const N: usize> {
 /// A ray in flight.
 struct Slot<S, const N: usize> {
     ray: PreparedRay,
-    /// What its line passes through in the block where it is.
+    /// What its line passes through in the block against which it was held last: read right after.
     crossed: Crossed,
     search: S,
     stack: Stack<N>,
@@ -294,9 +295,7 @@ impl<S: Search, const N: usize> Slot<S, N> {
     fn intersect_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
         let block = scene.trees.block(Child::row(self.child));
         let crossed = (&self.crossed, self.search.limit());
-        block.intersect_crossed(isa, &self.ray, crossed, |hit| {
-            self.search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
-        })
+        block.intersect_crossed(isa, &self.ray, crossed, |hit| self.search.offer(hit.into()))
     }
 
     /// Drops what a leaf has made superfluous; returns what is to be visited next.

@@ -3,7 +3,7 @@
 use sahl_math::Ray;
 
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
-use super::{Candidate, Counter, PreparedRay, Search, offer_crossings};
+use super::{Counter, PreparedRay, Search, offer_crossings};
 use crate::instance::PlacedGroup;
 use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task, TriangleBlock};
 use crate::layout::{Child, Stage, WideTree, WideTrees};
@@ -113,9 +113,7 @@ pub(crate) fn offer_block<I: Isa, S: Search, C: Counter>(
 ) -> bool {
     counter.primitives(|| block.len());
     let limit = search.limit();
-    block.intersect(isa, ray, limit, |hit| {
-        search.offer(Candidate { t: hit.t, id: hit.id, weights: [hit.b1, hit.b2] })
-    })
+    block.intersect(isa, ray, limit, |hit| search.offer(hit.into()))
 }
 
 /// The leaves that are rare where speed counts most.

@@ -3,7 +3,6 @@
 use super::super::beam::{Beam, MAX_GROUPS, SLOPE_ERROR, SlopeRange};
 use super::super::isa::{Interval, Isa, Lanes, Octant};
 use super::super::node::{EXIT_WIDENING, Node, PlaneRows};
-use super::super::prepared::Way;
 use super::super::{BUNDLE_RAYS, WIDTH};
 use super::{BundleShear, RayBundle, range};
 
@@ -77,15 +76,7 @@ impl RayBundle {
         }
         let [t_min, _] = range(isa, &self.t_min);
         let [enter_origin, exit_origin] = frustum_origin;
-        Frustum {
-            enter_origin,
-            reciprocal,
-            exit_origin,
-            widened,
-            rows: Way::at(octant.index()).planes,
-            octant,
-            t_min,
-        }
+        Frustum { enter_origin, reciprocal, exit_origin, widened, rows: PlaneRows::of(octant), octant, t_min }
     }
 
     /// The slopes of rays that start at one point; `None` for others, and without a common axis.

@@ -244,21 +244,25 @@ impl Task for Triangles<'_> {
             }
         }
         let mut crossed = CrossedPairs::none(isa);
-        for triangle in 0..case.triangles.len() {
-            let block = TriangleBlock(&blocks[triangle / WIDTH]);
+        for (number, rows) in blocks.iter().enumerate() {
+            let block = TriangleBlock(rows);
             // Every other one relative to each ray's origin, though they all start at one point.
-            let beam = beam.as_ref().filter(|_| triangle % 2 == 0);
+            let beam = beam.as_ref().filter(|_| (number + case.rays.len()).is_multiple_of(2));
             let vertices = beam.map(|beam| BeamEdges::new(isa, block, beam).vertices());
-            let named = (BundledBlock { block, vertices: &vertices }, triangle % WIDTH);
-            for group in 0..BUNDLE_RAYS / I::WIDE {
-                // Every other group is asked in two halves.
-                let all = (members >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);
+            let block = BundledBlock { block, vertices: &vertices };
+            let triangles = (case.triangles.len() - WIDTH * number).min(WIDTH);
+            // Every other group is asked in two halves.
+            for (even, odd) in [(u32::MAX, 0x5555), (0, 0xaaaa)] {
                 crossed.clear();
-                for lanes in if group % 2 == 0 { [all, 0] } else { [0x5555 & all, 0xaaaa & all] } {
-                    bundle.cross(isa, (group, lanes), named, &mut crossed);
+                for group in 0..BUNDLE_RAYS / I::WIDE {
+                    let all = (members >> (group * I::WIDE)) as u32 & ((1 << I::WIDE) - 1);
+                    let lanes = all & if group % 2 == 0 { even } else { odd };
+                    for triangle in 0..triangles {
+                        bundle.cross(isa, (group, lanes), (block, triangle), &mut crossed);
+                    }
                 }
                 let before: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
-                let changed = bundle.intersect(isa, (named.0, &crossed), &case.rays);
+                let changed = bundle.intersect(isa, (block, &crossed), &case.rays);
                 let after: Vec<_> = places().map(|place| hit_bits(&bundle.nearest(place))).collect();
                 assert_eq!(changed, before != after);
             }

@@ -4,16 +4,16 @@ use sahl_math::{Ray, Vec3};
 
 use super::super::isa::{Isa, Task};
 use super::super::{PreparedEight, PreparedRay, WIDTH};
-use super::{Random, agreed};
+use super::{Random, agreed, bits};
 
 /// Everything that is kept of a ray.
 type RayBits = ([u32; 3 * WIDTH], usize, Option<usize>, u32);
 
 fn ray_bits(ray: &PreparedRay) -> RayBits {
-    let rows = [ray.numbers, ray.reciprocals, ray.sheared].map(|row| row.0.map(f32::to_bits));
+    let rows = [ray.numbers, ray.reciprocals, ray.turned].map(|row| row.0.map(bits));
     let numbers = std::array::from_fn(|i| rows.as_flattened()[i]);
     let longest = ray.shear().axes.last().map(|&axis| axis as usize);
-    (numbers, ray.way().octant.index(), longest, ray.ray().time.to_bits())
+    (numbers, ray.orientation().octant.index(), longest, ray.ray().time.to_bits())
 }
 
 #[derive(Clone, Copy)]
