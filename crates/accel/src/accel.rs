@@ -24,8 +24,8 @@ use crate::world::{Geometry, Instance, World};
 
 /// Geometry prepared for ray queries. Changed by [`Self::refit`] alone, and free of interior mutability.
 ///
-/// A hit counts if its parameter lies in the open interval from `t_min` to `t_max`; a negative `t_min` counts as zero, and NaN
-/// anywhere in a ray but its time makes it hit nothing. What moves stands where it is at the ray's time, which is clamped to 0 … 1, NaN
+/// A hit counts if its parameter lies in the open interval from `t_min` to `t_max`; a negative `t_min`, or NaN, counts as zero. A
+/// ray hits nothing if its direction is zero, if its origin or direction is not finite, or if `t_max` is NaN. What moves stands where it is at the ray's time, which is clamped to 0 … 1, NaN
 /// counting as 0. Of equally near hits the one with the lowest (instance, geometry, primitive)
 /// is returned, [`Hit::NO_INSTANCE`] coming last.
 #[derive(Clone, Debug)]
@@ -76,7 +76,8 @@ impl Accel {
 
     /// The nearest hits of many rays: `hits[i]` as [`Self::intersect`] gives it for `rays[i]`.
     ///
-    /// Where the slices differ in length, the excess of the longer is left alone.
+    /// On the calling thread; of any length, though some hundreds of rays keep the most of them in flight. Where the slices differ in
+    /// length, the excess of the longer is left alone.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let count = hits.len().min(rays.len());
         self.answer(&rays[..count], traverse_stream, &mut NearestHits { accel: self, rays, hits });

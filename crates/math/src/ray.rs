@@ -11,7 +11,7 @@ pub struct Ray {
     pub origin: Vec3,
     /// Where it goes; need not have unit length.
     pub direction: Vec3,
-    /// Hits count from here; zero for a ray spawned by [`Ray::spawn`].
+    /// Hits count beyond this parameter; zero for a ray spawned by [`Ray::spawn`].
     pub t_min: f32,
     /// Hits count before this parameter.
     pub t_max: f32,

@@ -3,7 +3,8 @@
 //! A packet visits every node that one of its rays may visit, by interval arithmetic on all of them at once: the lowest parameter at
 //! which any ray enters a box and the highest at which any leaves it. Only before a leaf is each ray held against the leaf's box, and
 //! those that meet it against its triangles: each ray against all of them, or each triangle against groups of rays, whichever is
-//! less. The arithmetic is the same either way.
+//! less. The arithmetic is the same either way, and so is the order of visits as that of each ray alone: what a ray hits does not depend on
+//! the others.
 //!
 //! Rays that turn out to have little in common go their own ways, and so do those along an axis.
 
