@@ -76,8 +76,7 @@ impl Accel {
 
     /// The nearest hits of many rays: `hits[i]` as [`Self::intersect`] gives it for `rays[i]`.
     ///
-    /// On the calling thread; of any length, though some hundreds of rays keep the most of them in flight. Where the slices differ in
-    /// length, the excess of the longer is left alone.
+    /// On the calling thread, with up to 32 rays in flight. Where the slices differ in length, the excess of the longer is left alone.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let count = hits.len().min(rays.len());
         self.answer(&rays[..count], traverse_stream, &mut NearestHits { accel: self, rays, hits });
