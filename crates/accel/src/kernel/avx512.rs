@@ -5,7 +5,7 @@
 
 use std::arch::x86_64::{
     __m256, __m512, _CMP_EQ_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps,
-    _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_loadu_si256,
+    _mm256_andnot_ps, _mm256_cmp_ps_mask, _mm256_div_ps, _mm256_load_ps, _mm256_loadu_si256,
     _mm256_mask_blend_ps, _mm256_maskz_compress_ps, _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps,
     _mm256_permute2f128_ps, _mm256_permutexvar_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
     _mm512_abs_ps, _mm512_add_ps, _mm512_cmp_ps_mask, _mm512_div_ps, _mm512_loadu_ps, _mm512_mask_blend_ps,
@@ -68,12 +68,6 @@ impl Isa for Avx512 {
     fn load(self, row: &Row) -> F32x8 {
         // SAFETY: a row is eight `f32`, aligned to 32 bytes.
         F32x8(unsafe { _mm256_load_ps(row.0.as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn load_unaligned(self, numbers: &[f32; WIDTH]) -> F32x8 {
-        // SAFETY: there are eight numbers, and any place will do.
-        F32x8(unsafe { _mm256_loadu_ps(numbers.as_ptr()) })
     }
 
     #[inline(always)]

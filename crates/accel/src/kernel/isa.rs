@@ -60,6 +60,7 @@ pub(crate) trait Isa: Copy {
     /// The lanes of numbers that lie anywhere.
     #[inline(always)]
     fn load_unaligned(self, numbers: &[f32; WIDTH]) -> Self::F32 {
+        // The compiler makes one load of it where an instruction set has one.
         self.load(&Row(*numbers))
     }
 

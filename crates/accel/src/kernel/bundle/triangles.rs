@@ -2,17 +2,17 @@
 
 use sahl_math::{Ray, Vec3};
 
-use super::super::beam::BeamVertices;
+use super::super::WIDTH;
+use super::super::beam::{BeamVertices, MAX_GROUPS};
 use super::super::block::TriangleBlock;
 use super::super::isa::{BundleRow, Isa, Lanes};
 use super::super::node::EXIT_WIDENING;
 use super::super::watertight::{EdgeFunctions, RayLanes, Relative, SolvedArrays};
-use super::super::{BUNDLE_RAYS, WIDTH};
 use super::{NearestHit, RayBundle};
 use crate::geometry::triangle::Axis;
 
 /// Pairs of a group of rays and a triangle: as many as a block has with the narrowest groups.
-const MOST_PAIRS: usize = BUNDLE_RAYS / WIDTH * WIDTH;
+const MOST_PAIRS: usize = MAX_GROUPS * WIDTH;
 
 /// The pairs of a group of rays and a triangle of a block through which the line of one of the rays passes.
 ///
