@@ -63,25 +63,6 @@ pub(super) struct EdgeFunctions<F> {
     pub(super) w: F,
 }
 
-/// Where the ray crosses the triangles' planes.
-struct Crossings<F> {
-    t: F,
-    /// One over the sum of the edge functions.
-    reciprocal: F,
-    /// The depths of the vertices along the ray.
-    depths: [F; 3],
-}
-
-/// Lanes by what is known of them; one bit each.
-struct HitLanes {
-    /// Hit, if no other set has them.
-    certain: u32,
-    /// The triangle lies on both sides of the origin.
-    straddling: u32,
-    /// An edge function is zero.
-    on_edge: u32,
-}
-
 impl<F: Lanes> Solved<F> {
     #[inline(always)]
     pub(super) fn to_arrays(&self) -> SolvedArrays<F::Array> {
@@ -152,18 +133,27 @@ impl<F: Lanes> Relative<F> {
         ray: &RayLanes<F>,
         (edges, inside): (&EdgeFunctions<F>, u32),
     ) -> Solved<F> {
-        let crossings = self.crossings(edges, ray);
-        let hits = crossings.hits((edges, inside), ray);
-        let (behind, doubtful) = self.signs(&crossings, ray, hits.straddling & !hits.on_edge);
-        let special = doubtful | hits.on_edge;
-        Solved {
-            certain: hits.certain & !behind & !special,
-            special,
-            on_edge: hits.on_edge,
-            t: crossings.t,
-            b1: edges.v * crossings.reciprocal,
-            b2: edges.w * crossings.reciprocal,
+        let [_, _, scale] = ray.factors;
+        let zero = scale.splat(0.0);
+        let [a, b, c] = [scale * self.z[0], scale * self.z[1], scale * self.z[2]];
+        // The signs of the depths are exact. A triangle behind the origin cannot be hit.
+        let in_front = inside & zero.less(a.max(b).max(c));
+        let on_edge = in_front & (edges.u.equal(zero) | edges.v.equal(zero) | edges.w.equal(zero));
+        let straddling = in_front & !on_edge & a.min(b).min(c).less_or_equal(zero);
+        // Every ray that leaves a surface meets its own triangle here.
+        let behind = if straddling == 0 { 0 } else { straddling & self.behind(ray) };
+        let left = in_front & !behind;
+        if left == 0 {
+            return Solved { certain: 0, special: 0, on_edge: 0, t: zero, b1: zero, b2: zero };
         }
+        let reciprocal = (edges.u + edges.v + edges.w).reciprocal();
+        let t = (edges.u * a + edges.v * b + edges.w * c) * reciprocal;
+        let straddling = straddling & !behind;
+        let doubtful = if straddling == 0 { 0 } else { straddling & self.doubtful(ray, (t, reciprocal)) };
+        let special = doubtful | on_edge;
+        let in_interval = ray.t_min.less(t) & t.less_or_equal(ray.limit);
+        let certain = left & in_interval & !special;
+        Solved { certain, special, on_edge, t, b1: edges.v * reciprocal, b2: edges.w * reciprocal }
     }
 
     /// The edge functions of rays with these slopes.
@@ -174,35 +164,13 @@ impl<F: Lanes> Relative<F> {
         EdgeFunctions { u: cx * by - cy * bx, v: ax * cy - ay * cx, w: bx * ay - by * ax }
     }
 
-    #[inline(always)]
-    fn crossings(&self, edges: &EdgeFunctions<F>, ray: &RayLanes<F>) -> Crossings<F> {
-        let [_, _, scale] = ray.factors;
-        let depths = [scale * self.z[0], scale * self.z[1], scale * self.z[2]];
-        let reciprocal = (edges.u + edges.v + edges.w).reciprocal();
-        let t = (edges.u * depths[0] + edges.v * depths[1] + edges.w * depths[2]) * reciprocal;
-        Crossings { t, reciprocal, depths }
-    }
-
-    /// Which of some lanes are behind the origin for certain, and which of the others are doubtful.
-    ///
-    /// In this order, because most often there are no others. Of what is behind none would be a hit for being not doubtful.
-    #[inline(always)]
-    fn signs(&self, crossings: &Crossings<F>, ray: &RayLanes<F>, straddling: u32) -> (u32, u32) {
-        if straddling == 0 {
-            return (0, 0);
-        }
-        let behind = straddling & self.behind(ray);
-        let others = straddling & !behind;
-        (behind, if others == 0 { 0 } else { others & self.doubtful(crossings, ray) })
-    }
-
     /// The lanes in which the parameter at the triangle's plane is negative for certain, so that [`PlaneCrossing::is_behind`] says so too:
     /// that of most rays at the triangle that they have just left.
     ///
     /// With the normal n = (p₁−p₀) × (p₂−p₀) it has the sign of (n·p₀) (n·d). With the unit roundoff ε, sizes gᵢ of the two edges' coordinates
     /// that bound the vertices they are made of, and Pᵢ = gⱼ hₖ + gₖ hⱼ, a coordinate of an edge is off by 2.1 ε gᵢ, one of n by
-    /// 6.3 ε Pᵢ, and the two products by less than 11 ε Σ Pᵢ |p₀ᵢ| and 12 ε Σ Pᵢ |sᵢ|, where s is the direction over its longest coordinate. The
-    /// sums are computed with an error that 16 allows for, and what products lose that leave the normal range by the last terms.
+    /// 6.3 ε Pᵢ, and the two products by less than 11 ε Σ Pᵢ |p₀ᵢ| and 12 ε Σ Pᵢ, as no coordinate of the direction
+    /// over its longest is more than one. The sums are computed with an error that 16 allows for, and what products lose that leave the normal range by the last terms.
     #[inline(always)]
     fn behind(&self, ray: &RayLanes<F>) -> u32 {
         const BOUND: f32 = 16.0 * 0.5 * f32::EPSILON;
@@ -218,20 +186,19 @@ impl<F: Lanes> Relative<F> {
         let distance = nx * self.x[0] + ny * self.y[0] + nz * self.z[0];
         let distance_bound = bound * (px * ax + py * ay + pz * az) + tiny * (ax + ay + az) + tiny;
         let speed = nx * sx + ny * sy + nz;
-        let speed_bound = bound * (px * sx.abs() + py * sy.abs() + pz) + tiny;
+        let speed_bound = bound * (px + py + pz) + tiny;
         let certain = distance_bound.less(distance.abs()) & speed_bound.less(speed.abs());
         certain & (distance * (speed * scale)).less(scale.splat(0.0))
     }
 
     /// The lanes in which `f32` cannot tell on which side of `t_min` the hit lies.
     #[inline(always)]
-    fn doubtful(&self, crossings: &Crossings<F>, ray: &RayLanes<F>) -> u32 {
+    fn doubtful(&self, ray: &RayLanes<F>, (t, reciprocal): (F, F)) -> u32 {
         let [_, _, scale] = ray.factors;
         let reach = largest(&self.x).max(largest(&self.y)).max(largest(&self.z));
-        let determinant =
-            reach.splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * crossings.reciprocal.abs();
+        let determinant = reach.splat(triangle::MARGIN_DETERMINANT) * (reach * reach) * reciprocal.abs();
         let margin = (determinant + reach.splat(triangle::MARGIN_DEPTH)) * (reach * scale.abs());
-        (crossings.t - ray.t_min).abs().less_or_equal(margin)
+        (t - ray.t_min).abs().less_or_equal(margin)
     }
 }
 
@@ -274,21 +241,5 @@ impl<F: Lanes> EdgeFunctions<F> {
         let lowest = self.u.min(self.v).min(self.w);
         let highest = self.u.max(self.v).max(self.w);
         zero.less_or_equal(lowest) | highest.less_or_equal(zero)
-    }
-}
-
-impl<F: Lanes> Crossings<F> {
-    #[inline(always)]
-    fn hits(&self, (edges, inside): (&EdgeFunctions<F>, u32), ray: &RayLanes<F>) -> HitLanes {
-        let zero = self.t.splat(0.0);
-        let [a, b, c] = self.depths;
-        // The signs of the depths are exact. A triangle behind the origin cannot be hit.
-        let in_front = inside & zero.less(a.max(b).max(c));
-        let in_interval = ray.t_min.less(self.t) & self.t.less_or_equal(ray.limit);
-        HitLanes {
-            certain: in_front & in_interval,
-            straddling: in_front & a.min(b).min(c).less_or_equal(zero),
-            on_edge: in_front & (edges.u.equal(zero) | edges.v.equal(zero) | edges.w.equal(zero)),
-        }
     }
 }
