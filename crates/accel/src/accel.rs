@@ -138,7 +138,8 @@ impl Accel {
     pub(crate) fn search<S: Search, C: Counter>(&self, ray: &Ray, search: &mut S, counter: &mut C) -> bool {
         match &self.structure {
             Structure::Wide { trees, groups, world, machine } => {
-                let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
+                let scene =
+                    Scene { trees: trees.view(), primitives: &self.primitives, placed: &self.placed, groups };
                 traverse(scene, *machine, world, ray, (search, counter))
             }
             Structure::List { groups, world } => {
@@ -157,7 +158,8 @@ impl Accel {
         query: &mut Q,
     ) {
         if let Structure::Wide { trees, groups, world, machine } = &self.structure {
-            let scene = Scene { trees, primitives: &self.primitives, placed: &self.placed, groups };
+            let scene =
+                Scene { trees: trees.view(), primitives: &self.primitives, placed: &self.placed, groups };
             return traverse(scene, *machine, world, rays, query);
         }
         query.begin(0..rays.len());

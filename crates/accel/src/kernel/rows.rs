@@ -69,32 +69,57 @@ impl Rows {
         &mut self.rows[start as usize..end as usize]
     }
 
-    /// The node that begins at a row.
+    /// The nodes and blocks, to be read.
     #[inline(always)]
-    pub(crate) fn node(&self, row: u32) -> Node<'_> {
-        Node(self.chunk(row))
+    pub(crate) fn view(&self) -> RowsView<'_> {
+        RowsView { rows: &self.rows, end: self.len << REFERENCE_SHIFT }
+    }
+}
+
+/// How many of the lowest bits of a reference to a row are anything: the row is what lies above them.
+pub(crate) const REFERENCE_SHIFT: u32 = 2;
+
+/// The step from one reference to the next, in bytes of rows.
+const BYTES_A_STEP: usize = size_of::<Row>() >> REFERENCE_SHIFT;
+
+/// Nodes and blocks that are read.
+///
+/// What a traversal holds: it fits registers, where a reference to [`Rows`] would be followed at each step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowsView<'a> {
+    rows: &'a [Row],
+    /// The reference behind the last row in use; there are [`PADDING`] rows more.
+    end: usize,
+}
+
+impl<'a> RowsView<'a> {
+    /// The node to whose first row this refers.
+    #[inline(always)]
+    pub(crate) fn node(self, reference: u32) -> Node<'a> {
+        Node(self.chunk(reference))
     }
 
-    /// The block that begins at a row.
+    /// The block to whose first row this refers.
     #[inline(always)]
-    pub(crate) fn block(&self, row: u32) -> TriangleBlock<'_> {
-        TriangleBlock(self.chunk(row))
+    pub(crate) fn block(self, reference: u32) -> TriangleBlock<'a> {
+        TriangleBlock(self.chunk(reference))
     }
 
     /// Some rows from one on.
     #[inline(always)]
-    fn chunk<const N: usize>(&self, row: u32) -> &[Row; N] {
+    fn chunk<const N: usize>(self, reference: u32) -> &'a [Row; N] {
         const { assert!(N <= PADDING) };
-        let first = row as usize;
-        assert!(first <= self.len, "references are to rows in use");
-        // SAFETY: there are `PADDING` more rows than `len`, and `N` is no more.
-        unsafe { &*self.rows.as_ptr().add(first).cast() }
+        const IGNORED: usize = (1 << REFERENCE_SHIFT) - 1;
+        let first = reference as usize & !IGNORED;
+        assert!(first <= self.end, "references are to rows in use");
+        // SAFETY: a whole number of rows, no more than are in use; there are `PADDING` more, and `N` is no more.
+        unsafe { &*self.rows.as_ptr().byte_add(first * BYTES_A_STEP).cast() }
     }
 
-    /// Where a row lies; an address to be prefetched, whatever the row.
+    /// Where about a row lies, in the line of the cache in which it begins: an address to be prefetched, whatever the reference.
     #[inline(always)]
-    pub(crate) fn address(&self, row: u32) -> *const Row {
-        self.rows.as_ptr().wrapping_add(row as usize)
+    pub(crate) fn address(self, reference: u32) -> *const Row {
+        self.rows.as_ptr().wrapping_byte_add(reference as usize * BYTES_A_STEP)
     }
 }
 
@@ -112,8 +137,14 @@ mod tests {
         }
         assert_eq!(rows.len(), NODE_ROWS + BLOCK_ROWS);
         assert_eq!(rows.bytes(), (32 * (NODE_ROWS + BLOCK_ROWS + PADDING)) as u64);
-        assert!(rows.node(0).0.iter().all(|&row| row == Row::splat(1.0)));
-        assert!(rows.block(NODE_ROWS as u32).0.iter().all(|&row| row == Row::splat(2.0)));
+        assert!(rows.view().node(0).0.iter().all(|&row| row == Row::splat(1.0)));
+        assert!(
+            rows.view()
+                .block((NODE_ROWS as u32) << REFERENCE_SHIFT)
+                .0
+                .iter()
+                .all(|&row| row == Row::splat(2.0))
+        );
     }
 
     #[test]
@@ -126,14 +157,14 @@ mod tests {
                 rows.append(count, std::mem::take(&mut spare)).fill(Row::splat(value));
             }
             assert_eq!((rows.len(), rows.bytes()), (45, 32 * (45 + PADDING) as u64));
-            assert!(rows.node(0).0.iter().all(|&row| row == Row::splat(1.0)));
-            assert!(rows.block(30).0.iter().all(|&row| row == Row::splat(2.0)));
+            assert!(rows.view().node(0).0.iter().all(|&row| row == Row::splat(1.0)));
+            assert!(rows.view().block(30 << REFERENCE_SHIFT).0.iter().all(|&row| row == Row::splat(2.0)));
         }
     }
 
     #[test]
     #[should_panic(expected = "rows in use")]
     fn rows_that_are_not_there_are_not_read() {
-        Rows::default().node(1);
+        Rows::default().view().node(1 << REFERENCE_SHIFT);
     }
 }

@@ -29,21 +29,22 @@ pub(crate) fn append_tree(
 ) -> Result<(WideTree, f32), TooLarge> {
     let mut plans = vec![Plan::default(); tree.nodes.len()];
     let cost = Planner { tree: &*tree, other_cost }.plan(0, &mut plans);
-    let root = trees.rows.len();
+    let first = trees.rows.len();
     let rows = cost.rows_of_root() as usize;
-    if root + rows > MAX_ROWS {
+    if first + rows > MAX_ROWS {
         return Err(TooLarge);
     }
     let memory = std::mem::take(&mut tree.spare);
     let collapse = Collapse { tree, plans: &plans, vertices, machine };
-    let totals = collapse.write(0, trees.rows.append(rows, memory), root as u32);
+    let totals = collapse.write(0, trees.rows.append(rows, memory), first as u32);
     trees.nodes += totals.nodes;
     trees.blocks += totals.blocks;
     trees.leaves += totals.leaves;
     let area = tree.nodes[0].bounds.half_area();
     let cost = if area > 0.0 { cost.as_node / area } else { 0.0 };
-    let end = (root + rows) as u32;
-    Ok((WideTree { root: Some(root as u32), end, depth: totals.depth }, cost))
+    let end = (first + rows) as u32;
+    let root = Some(Child::Node(first as u32).encode());
+    Ok((WideTree { root, end, depth: totals.depth }, cost))
 }
 
 /// What a wide subtree consists of.

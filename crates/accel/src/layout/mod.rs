@@ -5,9 +5,9 @@
 //!
 //! | bits | inner node | block of triangles | leaf of one other primitive | nothing |
 //! |---|---|---|---|---|
-//! | 30–31 | 0 | 1 | 2 | 3 |
-//! | 27–29 | first row | first row | 0 curved patch, 1 quadric, 2 instance, 3 part of a curve, 4 moving mesh, 5 moving instance | all ones |
-//! | 0–26 | first row | first row | place | all ones |
+//! | 29–31 | first row | first row | 0 curved patch, 1 quadric, 2 instance, 3 part of a curve, 4 moving mesh, 5 moving instance | all ones |
+//! | 2–28 | first row | first row | place | all ones |
+//! | 0–1 | 0 | 1 | 2 | 3 |
 
 mod collapse;
 mod lanes;
@@ -16,7 +16,7 @@ mod refit;
 
 use sahl_math::Vec3;
 
-use crate::kernel::{BLOCK_WIDTH, Node, Row, Rows, TriangleBlock, WIDTH};
+use crate::kernel::{BLOCK_WIDTH, REFERENCE_SHIFT, Rows, RowsView, WIDTH};
 pub(crate) use collapse::{TooLarge, append_tree};
 pub(crate) use refit::{MovedLeaf, MovedPrimitives};
 
@@ -36,29 +36,17 @@ impl WideTrees {
         self.rows.bytes()
     }
 
-    /// A node by its first row.
+    /// Its nodes and blocks, to be read.
     #[inline(always)]
-    pub(crate) fn node(&self, row: u32) -> Node<'_> {
-        self.rows.node(row)
-    }
-
-    /// A block by its first row.
-    #[inline(always)]
-    pub(crate) fn block(&self, row: u32) -> TriangleBlock<'_> {
-        self.rows.block(row)
-    }
-
-    /// Where a row lies; an address to be prefetched, whatever the row.
-    #[inline(always)]
-    pub(crate) fn address(&self, row: u32) -> *const Row {
-        self.rows.address(row)
+    pub(crate) fn view(&self) -> RowsView<'_> {
+        self.rows.view()
     }
 }
 
 /// One tree of [`WideTrees`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WideTree {
-    /// The place of the root; `None` for a tree over nothing.
+    /// The encoded reference to the root; `None` for a tree over nothing.
     pub(crate) root: Option<u32>,
     /// One more than its last row.
     pub(crate) end: u32,
@@ -93,16 +81,18 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// Where the stage lies in an encoded reference: in its highest bits.
-    pub(crate) const SHIFT: u32 = 30;
+    /// How many of the lowest bits of an encoded reference hold the stage.
+    pub(crate) const BITS: u32 = 2;
+    const MASK: u32 = (1 << Self::BITS) - 1;
 }
 
-const KIND_SHIFT: u32 = 27;
-const ROW_MASK: u32 = (1 << Stage::SHIFT) - 1;
-const PLACE_MASK: u32 = (1 << KIND_SHIFT) - 1;
+const _: () = assert!(Stage::BITS == REFERENCE_SHIFT);
+
+const KIND_SHIFT: u32 = 29;
+const MAX_PLACE: u32 = (1 << (KIND_SHIFT - Stage::BITS)) - 1;
 
 /// References to rows have places for so many.
-const MAX_ROWS: usize = 1 << Stage::SHIFT;
+const MAX_ROWS: usize = 1 << (u32::BITS - Stage::BITS);
 
 impl Child {
     /// The encoded reference to nothing.
@@ -110,11 +100,12 @@ impl Child {
 
     #[inline]
     pub(crate) fn encode(self) -> u32 {
-        let stage = |stage: Stage| (stage as u32) << Stage::SHIFT;
-        let other = |kind: u32, place: u32| stage(Stage::Other) | kind << KIND_SHIFT | place & PLACE_MASK;
+        let other = |kind: u32, place: u32| {
+            kind << KIND_SHIFT | (place & MAX_PLACE) << Stage::BITS | Stage::Other as u32
+        };
         match self {
-            Self::Node(row) => stage(Stage::Node) | row & ROW_MASK,
-            Self::Block(row) => stage(Stage::Block) | row & ROW_MASK,
+            Self::Node(row) => row << Stage::BITS | Stage::Node as u32,
+            Self::Block(row) => row << Stage::BITS | Stage::Block as u32,
             Self::Patch(place) => other(0, place),
             Self::Quadric(place) => other(1, place),
             Self::Instance(place) => other(2, place),
@@ -126,7 +117,7 @@ impl Child {
 
     #[inline(always)]
     pub(crate) fn stage(encoded: u32) -> Stage {
-        match encoded >> Stage::SHIFT {
+        match encoded & Stage::MASK {
             0 => Stage::Node,
             1 => Stage::Block,
             2 => Stage::Other,
@@ -135,19 +126,18 @@ impl Child {
     }
 
     /// The first row of an encoded node or block.
-    #[inline(always)]
-    pub(crate) fn row(encoded: u32) -> u32 {
-        encoded & ROW_MASK
+    fn row(encoded: u32) -> u32 {
+        encoded >> Stage::BITS
     }
 
     /// What an encoded reference refers to; `None` for nothing.
     #[inline]
     pub(crate) fn decode(encoded: u32) -> Option<Self> {
-        let place = encoded & PLACE_MASK;
+        let place = encoded >> Stage::BITS & MAX_PLACE;
         Some(match Self::stage(encoded) {
             Stage::Node => Self::Node(Self::row(encoded)),
             Stage::Block => Self::Block(Self::row(encoded)),
-            Stage::Other => match encoded >> KIND_SHIFT & 7 {
+            Stage::Other => match encoded >> KIND_SHIFT {
                 0 => Self::Patch(place),
                 1 => Self::Quadric(place),
                 2 => Self::Instance(place),
@@ -190,16 +180,16 @@ mod tests {
     fn references_survive_encoding() {
         for child in [
             Child::Node(0),
-            Child::Node(ROW_MASK),
+            Child::Node(MAX_ROWS as u32 - 1),
             Child::Block(0),
-            Child::Block(ROW_MASK),
-            Child::Patch(PLACE_MASK),
+            Child::Block(MAX_ROWS as u32 - 1),
+            Child::Patch(MAX_PLACE),
             Child::Quadric(17),
-            Child::Instance(PLACE_MASK),
+            Child::Instance(MAX_PLACE),
             Child::Curve(3),
-            Child::Curve(PLACE_MASK),
+            Child::Curve(MAX_PLACE),
             Child::MovingMesh(3),
-            Child::MovingInstance(PLACE_MASK),
+            Child::MovingInstance(MAX_PLACE),
         ] {
             assert_eq!(Child::decode(child.encode()), Some(child));
         }

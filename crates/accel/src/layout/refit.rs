@@ -54,8 +54,10 @@ pub(crate) struct Refitted {
 impl WideTrees {
     /// Puts the primitives of a tree where they are now.
     pub(crate) fn refit<M: MovedPrimitives>(&mut self, tree: &WideTree, moved: &M) -> Refitted {
-        let Some(root) = tree.root else { return Refitted { bounds: Bounds3::EMPTY, cost: 0.0 } };
-        let below = refit(self.rows.between(root, tree.end), root, moved);
+        let Some(Child::Node(first)) = tree.root.and_then(Child::decode) else {
+            return Refitted { bounds: Bounds3::EMPTY, cost: 0.0 };
+        };
+        let below = refit(self.rows.between(first, tree.end), first, moved);
         let area = below.bounds.half_area();
         let cost = if area > 0.0 { 1.0 + below.cost / area } else { 0.0 };
         Refitted { bounds: below.bounds, cost }

@@ -29,7 +29,7 @@ impl<S: Search, C: Counter, const N: usize> Task for MovingWalk<'_, S, C, N> {
             match Child::stage(child) {
                 Stage::Node => {
                     counter.node();
-                    let node = tree.node(isa, Child::row(child), weights);
+                    let node = tree.node(isa, child, weights);
                     if S::NARROWS {
                         stack.push_children::<I, true>(isa, Node(&node), ray, reach);
                     } else {
@@ -37,7 +37,7 @@ impl<S: Search, C: Counter, const N: usize> Task for MovingWalk<'_, S, C, N> {
                     }
                 }
                 Stage::Block => {
-                    let block = tree.block(isa, Child::row(child), weights);
+                    let block = tree.block(isa, child, weights);
                     if offer_block(isa, TriangleBlock(&block), ray, (&mut *search, &mut *counter)) {
                         return true;
                     }

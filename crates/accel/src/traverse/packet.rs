@@ -253,7 +253,7 @@ impl<F: Lanes> Packet<'_, F> {
         entry: &Entry,
         effort: &mut Effort,
     ) -> bool {
-        let node = self.scene.trees.node(Child::row(entry.parent));
+        let node = self.scene.trees.node(entry.parent);
         let planes = self.frustum.child_planes(node, lane_of(node, entry.child));
         let mut meeting = 0;
         for group in 0..BUNDLE_RAYS / I::WIDE {
@@ -266,7 +266,7 @@ impl<F: Lanes> Packet<'_, F> {
             return false;
         }
         if Child::stage(entry.child) == Stage::Block && self.bundle.has_common_axis() {
-            let block = self.scene.trees.block(Child::row(entry.child));
+            let block = self.scene.trees.block(entry.child);
             let (candidates, vertices) = self.candidates(isa, block, meeting);
             let tests: u32 = candidates.iter().map(|triangles| triangles.count_ones()).sum();
             if tests * TRIANGLE_COST <= meeting.count_ones() * RAY_COST {
@@ -384,7 +384,7 @@ impl<const N: usize> PacketStack<N> {
         (child, frustum): (u32, &Frustum),
         reach: f32,
     ) {
-        let node = scene.trees.node(Child::row(child));
+        let node = scene.trees.node(child);
         let interval = frustum.interval(isa, node, reach);
         // Trees are no deeper than the stack was chosen for.
         let place = self.height.min(N - WIDTH);
@@ -397,7 +397,7 @@ impl<const N: usize> PacketStack<N> {
         self.parents[place..place + WIDTH].fill(child);
         self.height += pushed;
         for entry in &self.children[place..(place + pushed).min(N)] {
-            let first = scene.trees.address(Child::row(entry.to_bits()));
+            let first = scene.trees.address(entry.to_bits());
             for row in (0..BLOCK_ROWS).step_by(LINE_ROWS) {
                 isa.prefetch(first.wrapping_add(row));
             }

@@ -91,9 +91,8 @@ impl Waiting {
     #[inline(always)]
     fn join(&mut self, child: u32, slot: usize) {
         // The lower bit of the stage is the half, the higher one tells the rare from the likely.
-        let half = (child >> (Stage::SHIFT - 5) & 32) as usize;
-        self.likely |= 1 << (half | slot);
-        self.rare |= child >> (Stage::SHIFT + 1) << slot;
+        self.likely |= 1 << ((child << 5 | slot as u32) % u64::BITS);
+        self.rare |= (child >> 1 & 1) << slot;
     }
 
     /// Those before a node, none of which waits any more.
@@ -123,7 +122,7 @@ impl Waiting {
 }
 
 /// Slots, as a set of bits; iterated in ascending order.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 struct SlotSet(u32);
 
 impl SlotSet {
@@ -161,45 +160,64 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
         query.begin(0..rays.len());
         let mut supply = Supply::new(isa, rays);
         let mut waiting = Waiting::default();
-        let mut slots: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
-        for (place, slot) in slots.iter_mut().enumerate() {
-            if let Some((ray_place, ray)) = supply.next(isa) {
-                *slot = Some(Slot::new((ray_place, ray), query, root));
+        // Filled for as many rays as there are. Reached through references, because to ask each in its memory whether it is there is one
+        // more load a step.
+        let mut memory: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
+        let mut slots: [Option<&mut Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
+        for (place, (slot, memory)) in slots.iter_mut().zip(&mut memory).enumerate() {
+            if let Some(ray) = supply.next(isa) {
+                *slot = Some(memory.insert(Slot::new(ray, query, root)));
                 waiting.join(root, place);
             }
         }
-        while waiting != Waiting::default() {
-            for place in waiting.take_nodes() {
-                let Some(slot) = &mut slots[place] else { continue };
-                let next = slot.visit_node(isa, scene);
-                waiting.join(slot.go_to(isa, scene, next), place);
-            }
+        // Each set is taken a loop before the one that works on it: the processor need not wait for the last of a loop to know the next.
+        let mut blocks = waiting.take_blocks();
+        while waiting != Waiting::default() || blocks != SlotSet::default() {
+            let nodes = waiting.take_nodes();
             // First for all whether the ray's line passes through a triangle: a branch on it cannot be predicted, and would make the
             // processor wait for each.
-            let blocks = waiting.take_blocks();
             let mut crossed = SlotSet::default();
             for place in blocks {
                 let Some(slot) = &mut slots[place] else { continue };
                 crossed.insert_if(slot.cross_block(isa, scene), place);
             }
+            // What comes next is taken from a stack when another ray's node has been tested: by then what was pushed has gone through
+            // memory.
+            let mut tested = None;
+            for place in nodes {
+                if let Some(slot) = &mut slots[place] {
+                    slot.test_node(isa, scene);
+                }
+                if let Some(before) = tested.replace(place)
+                    && let Some(slot) = &mut slots[before]
+                {
+                    waiting.join(slot.go_on(isa, scene), before);
+                }
+            }
+            if let Some(last) = tested
+                && let Some(slot) = &mut slots[last]
+            {
+                waiting.join(slot.go_on(isa, scene), last);
+            }
+            let rare = waiting.take_rare();
             for place in blocks.without(crossed) {
                 let Some(slot) = &mut slots[place] else { continue };
-                let next = slot.stack.pop();
-                waiting.join(slot.go_to(isa, scene, next), place);
+                waiting.join(slot.go_on(isa, scene), place);
             }
             for place in crossed {
                 let Some(slot) = &mut slots[place] else { continue };
                 let ended = slot.intersect_block(isa, scene);
-                let next = slot.after_leaf(isa, ended);
-                waiting.join(slot.go_to(isa, scene, next), place);
+                slot.after_leaf(isa, ended);
+                waiting.join(slot.go_on(isa, scene), place);
             }
-            for place in waiting.take_rare() {
+            blocks = waiting.take_blocks();
+            for place in rare {
                 let Some(slot) = &mut slots[place] else { continue };
                 if Child::stage(slot.child) == Stage::Other {
                     let search = (&mut slot.search, &mut NoCount);
                     let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
-                    let next = slot.after_leaf(isa, ended);
-                    waiting.join(slot.go_to(isa, scene, next), place);
+                    slot.after_leaf(isa, ended);
+                    waiting.join(slot.go_on(isa, scene), place);
                     continue;
                 }
                 query.finish(slot.place, &slot.search, slot.ended);
@@ -272,35 +290,34 @@ impl<S: Search, const N: usize> Slot<S, N> {
         self.ended = false;
     }
 
-    /// Tests the boxes of a node; returns what is to be visited next.
+    /// Tests the boxes of a node.
     #[inline(always)]
-    fn visit_node<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> u32 {
-        let node = scene.trees.node(Child::row(self.child));
+    fn test_node<I: Isa>(&mut self, isa: I, scene: Scene<'_>) {
+        let node = scene.trees.node(self.child);
         if S::NARROWS {
             self.stack.push_children::<I, true>(isa, node, &self.ray, self.reach);
         } else {
             self.stack.push_children::<I, false>(isa, node, &self.ray, self.reach);
         }
-        self.stack.pop()
     }
 
     /// Finds the triangles of a block through which the ray's line passes; returns whether there are any.
     #[inline(always)]
     fn cross_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
-        scene.trees.block(Child::row(self.child)).cross(isa, &self.ray, &mut self.crossed)
+        scene.trees.block(self.child).cross(isa, &self.ray, &mut self.crossed)
     }
 
     /// Tests the triangles through which the ray's line passes; returns whether the search is over.
     #[inline(always)]
     fn intersect_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
-        let block = scene.trees.block(Child::row(self.child));
+        let block = scene.trees.block(self.child);
         let crossed = (&self.crossed, self.search.limit());
         block.intersect_crossed(isa, &self.ray, crossed, |hit| self.search.offer(hit.into()))
     }
 
-    /// Drops what a leaf has made superfluous; returns what is to be visited next.
+    /// Drops what a leaf has made superfluous.
     #[inline(always)]
-    fn after_leaf<I: Isa>(&mut self, isa: I, ended: bool) -> u32 {
+    fn after_leaf<I: Isa>(&mut self, isa: I, ended: bool) {
         if ended {
             self.ended = true;
             self.stack.clear();
@@ -311,17 +328,16 @@ impl<S: Search, const N: usize> Slot<S, N> {
                 self.stack.cull(isa, reach);
             }
         }
-        self.stack.pop()
     }
 
-    /// Remembers what is to be visited next, and asks for its memory.
+    /// Takes what is to be visited next from the stack, asks for its memory and returns it.
     #[inline(always)]
-    fn go_to<I: Isa>(&mut self, isa: I, scene: Scene<'_>, child: u32) -> u32 {
-        self.child = child;
-        let first = scene.trees.address(Child::row(child));
-        for row in [0, 2, 4, 6] {
+    fn go_on<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> u32 {
+        self.child = self.stack.pop();
+        let first = scene.trees.address(self.child);
+        for row in [0, 2, 4, 6, 8] {
             isa.prefetch(first.wrapping_add(row));
         }
-        child
+        self.child
     }
 }

@@ -5,15 +5,15 @@ use sahl_math::Ray;
 use super::stack::{LARGE, MEDIUM, SMALL, Stack, StackSize};
 use super::{Counter, PreparedRay, Search, offer_crossings};
 use crate::instance::PlacedGroup;
-use crate::kernel::{EXIT_WIDENING, Isa, Machine, Task, TriangleBlock};
-use crate::layout::{Child, Stage, WideTree, WideTrees};
+use crate::kernel::{EXIT_WIDENING, Isa, Machine, RowsView, Task, TriangleBlock};
+use crate::layout::{Child, Stage, WideTree};
 use crate::motion::MovingWalk;
 use crate::primitive::Primitives;
 
 /// What the traversal reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
-    pub(crate) trees: &'a WideTrees,
+    pub(crate) trees: RowsView<'a>,
     pub(crate) primitives: &'a Primitives,
     pub(crate) placed: &'a [PlacedGroup],
     /// The trees of the groups.
@@ -61,7 +61,7 @@ impl<S: Search, C: Counter, const N: usize> Task for Walk<'_, S, C, N> {
             match Child::stage(child) {
                 Stage::Node => {
                     counter.node();
-                    let node = scene.trees.node(Child::row(child));
+                    let node = scene.trees.node(child);
                     child = if S::NARROWS {
                         stack.exchange::<I, true>(isa, node, ray, reach)
                     } else {
@@ -100,7 +100,7 @@ pub(super) fn visit_block<I: Isa, S: Search, C: Counter>(
     ray: &PreparedRay,
     (search, counter): (&mut S, &mut C),
 ) -> bool {
-    offer_block(isa, scene.trees.block(Child::row(child)), ray, (search, counter))
+    offer_block(isa, scene.trees.block(child), ray, (search, counter))
 }
 
 /// Offers the hits of a block; returns whether the search is over.
