@@ -76,11 +76,13 @@ impl Rows {
     }
 }
 
-/// How many of the lowest bits of a reference to a row are anything: the row is what lies above them.
+/// How many of the lowest bits of a reference to a row are its owner's: the row is what lies above them.
 pub(crate) const REFERENCE_SHIFT: u32 = 2;
 
 /// The step from one reference to the next, in bytes of rows.
 const BYTES_A_STEP: usize = size_of::<Row>() >> REFERENCE_SHIFT;
+
+const _: () = assert!(BYTES_A_STEP << REFERENCE_SHIFT == size_of::<Row>());
 
 /// Nodes and blocks that are read.
 ///
@@ -110,16 +112,17 @@ impl<'a> RowsView<'a> {
     fn chunk<const N: usize>(self, reference: u32) -> &'a [Row; N] {
         const { assert!(N <= PADDING) };
         const IGNORED: usize = (1 << REFERENCE_SHIFT) - 1;
-        let first = reference as usize & !IGNORED;
-        assert!(first <= self.end, "references are to rows in use");
-        // SAFETY: a whole number of rows, no more than are in use; there are `PADDING` more, and `N` is no more.
-        unsafe { &*self.rows.as_ptr().byte_add(first * BYTES_A_STEP).cast() }
+        let reference = reference as usize & !IGNORED;
+        assert!(reference <= self.end, "references are to rows in use");
+        // SAFETY: without the ignored bits a whole number of rows, as is asserted above, and so aligned; no more than are in use.
+        // There are `PADDING` more, as only `Rows::view` makes views, and `N` is no more.
+        unsafe { &*self.rows.as_ptr().byte_add(reference * BYTES_A_STEP).cast() }
     }
 
     /// Where about a row lies, in the line of the cache in which it begins: an address to be prefetched, whatever the reference.
     #[inline(always)]
     pub(crate) fn address(self, reference: u32) -> *const Row {
-        self.rows.as_ptr().wrapping_byte_add(reference as usize * BYTES_A_STEP)
+        self.rows.as_ptr().wrapping_byte_add((reference as usize).wrapping_mul(BYTES_A_STEP))
     }
 }
 
@@ -163,8 +166,23 @@ mod tests {
     }
 
     #[test]
+    fn the_lowest_bits_of_references_are_ignored() {
+        let mut rows = Rows::default();
+        for (row, place) in rows.append(30, Vec::new()).iter_mut().zip(0_u8..) {
+            *row = Row::splat(place.into());
+        }
+        let view = rows.view();
+        for (row, bits) in (0..30).flat_map(|row| (0..4).map(move |bits| (row, bits))) {
+            let reference = row << REFERENCE_SHIFT | bits;
+            assert_eq!(view.block(reference).0[0], Row::splat(row as f32));
+            let row = view.address(row << REFERENCE_SHIFT).addr();
+            assert!((row..row + size_of::<Row>()).contains(&view.address(reference).addr()));
+        }
+    }
+
+    #[test]
     #[should_panic(expected = "rows in use")]
     fn rows_that_are_not_there_are_not_read() {
-        Rows::default().view().node(1 << REFERENCE_SHIFT);
+        Rows::default().view().node(1 << REFERENCE_SHIFT | 3);
     }
 }

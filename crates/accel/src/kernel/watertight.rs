@@ -118,7 +118,6 @@ fn decide_in_front(hit: BlockHit, ray: &Ray, vertices: [Vec3; 3]) -> Option<Bloc
 impl<F: Lanes> Relative<F> {
     /// The hits strictly between `t_min` and infinity and at or before the limit.
     ///
-    /// Without a branch on the way: half of the time a lane is inside, and when cannot be predicted.
     #[inline(always)]
     pub(super) fn solve(&self, ray: &RayLanes<F>) -> Solved<F> {
         let [sx, sy, _] = ray.factors;
@@ -127,6 +126,8 @@ impl<F: Lanes> Relative<F> {
     }
 
     /// [`Self::solve`] given the edge functions and in which lanes no two of a triangle's differ in sign.
+    ///
+    /// Where nothing is left that could be a hit it ends early, with parameters and weights that mean nothing.
     #[inline(always)]
     pub(super) fn solve_inside(
         &self,
@@ -169,8 +170,8 @@ impl<F: Lanes> Relative<F> {
     ///
     /// With the normal n = (p₁−p₀) × (p₂−p₀) it has the sign of (n·p₀) (n·d). With the unit roundoff ε, sizes gᵢ of the two edges' coordinates
     /// that bound the vertices they are made of, and Pᵢ = gⱼ hₖ + gₖ hⱼ, a coordinate of an edge is off by 2.1 ε gᵢ, one of n by
-    /// 6.3 ε Pᵢ, and the two products by less than 11 ε Σ Pᵢ |p₀ᵢ| and 12 ε Σ Pᵢ, as no coordinate of the direction over its longest is more
-    /// than one. The sums are computed with an error that 16 allows for, and what products lose that leave the normal range by the last terms.
+    /// 6.3 ε Pᵢ, and the two products by less than 11 ε Σ Pᵢ |p₀ᵢ| and, for n·d over the longest coordinate of d, 15 ε Σ Pᵢ, as no coordinate
+    /// of d over that is more than one. The sums are computed with an error that 16 allows for, and what products lose that leave the normal range by the last terms.
     #[inline(always)]
     fn behind(&self, ray: &RayLanes<F>) -> u32 {
         const BOUND: f32 = 16.0 * 0.5 * f32::EPSILON;

@@ -61,14 +61,14 @@ impl MovingTree {
 
     /// A node at a time.
     #[inline(always)]
-    pub(super) fn node<I: Isa>(&self, isa: I, row: u32, weights: Weights) -> [Row; NODE_ROWS] {
-        weights.rows(isa, self.ends[0].view().node(row).0, self.ends[1].view().node(row).0)
+    pub(super) fn node<I: Isa>(&self, isa: I, reference: u32, weights: Weights) -> [Row; NODE_ROWS] {
+        weights.rows(isa, self.ends[0].view().node(reference).0, self.ends[1].view().node(reference).0)
     }
 
     /// A block at a time.
     #[inline(always)]
-    pub(super) fn block<I: Isa>(&self, isa: I, row: u32, weights: Weights) -> [Row; BLOCK_ROWS] {
-        weights.rows(isa, self.ends[0].view().block(row).0, self.ends[1].view().block(row).0)
+    pub(super) fn block<I: Isa>(&self, isa: I, reference: u32, weights: Weights) -> [Row; BLOCK_ROWS] {
+        weights.rows(isa, self.ends[0].view().block(reference).0, self.ends[1].view().block(reference).0)
     }
 }
 

@@ -4,7 +4,8 @@
 //! pipeline, and half of the branches cannot be predicted. So some rays are kept in flight. Those that stand
 //! before a node wait in one queue and those before a leaf in another: each loop does one thing, without asking which,
 //! and the processor works on several rays at once. The memory of a ray's next node is asked for when the ray joins a queue. Of the rays
-//! before blocks it is first found for all whether their lines pass through a triangle. Rays are prepared eight at a time.
+//! before blocks it is first found for all whether their lines pass through a triangle. What a loop works on is known a loop before, and a
+//! stack is read when the next ray has been worked on, so that nothing waits for what was done last. Rays are prepared eight at a time.
 
 use std::ops::Range;
 
@@ -58,7 +59,7 @@ pub(super) struct Stream<'a, Q, const N: usize> {
 /// A ray in flight.
 struct Slot<S, const N: usize> {
     ray: PreparedRay,
-    /// What its line passes through in the block against which it was held last: read right after.
+    /// What its line passes through in the block against which it was held last: read when other rays' nodes have been tested.
     crossed: Crossed,
     search: S,
     stack: Stack<N>,
@@ -83,14 +84,15 @@ struct Waiting {
     rare: u32,
 }
 
-const _: () = assert!(SLOTS <= 32);
+const _: () = assert!(SLOTS == 32);
 const _: () = assert!(Stage::Node as u32 == 0 && Stage::Block as u32 == 1);
 const _: () = assert!(Stage::Other as u32 == 2 && Stage::Done as u32 == 3);
 
 impl Waiting {
     #[inline(always)]
     fn join(&mut self, child: u32, slot: usize) {
-        // The lower bit of the stage is the half, the higher one tells the rare from the likely.
+        // The two lowest bits are the stage: the lower one is the half, as what is above it falls out of the modulo, and the higher one tells the
+        // rare from the likely.
         self.likely |= 1 << ((child << 5 | slot as u32) % u64::BITS);
         self.rare |= (child >> 1 & 1) << slot;
     }
@@ -339,5 +341,43 @@ impl<S: Search, const N: usize> Slot<S, N> {
             isa.prefetch(first.wrapping_add(row));
         }
         self.child
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waiting_slots_are_taken_once_whatever_is_taken_first() {
+        let stages = [
+            Child::Node(7),
+            Child::Block(1 << 29),
+            Child::Instance(5),
+            Child::Node(1 << 29),
+            Child::Curve(9),
+        ];
+        for first in 0..3 {
+            let mut waiting = Waiting::default();
+            for (slot, child) in stages.iter().enumerate() {
+                waiting.join(child.encode(), slot);
+            }
+            waiting.join(Child::NOTHING, 31);
+            let mut taken = [SlotSet::default(); 3];
+            for kind in (first..first + 3).map(|kind| kind % 3) {
+                taken[kind] = match kind {
+                    0 => waiting.take_nodes(),
+                    1 => waiting.take_blocks(),
+                    _ => waiting.take_rare(),
+                };
+            }
+            assert!(waiting == Waiting::default());
+            assert_eq!(taken.map(|set| set.0), [0b01001, 0b00010, 0b10100 | 1 << 31]);
+            waiting.join(Child::Block(3).encode(), 31);
+            assert_eq!(
+                [waiting.take_nodes().0, waiting.take_rare().0, waiting.take_blocks().0],
+                [0, 0, 1 << 31]
+            );
+        }
     }
 }
