@@ -33,7 +33,7 @@ pub(crate) use isa::{Interval, Isa, Lanes, Octant, Order, Pushed, Row, Task, Win
 pub(crate) use node::{EMPTY_NODE, EXIT_WIDENING, NODE_ROWS, Node, set_child};
 pub(crate) use pages::prefer_large_pages;
 pub(crate) use prepared::{PreparedRay, limit_of};
-pub(crate) use rows::{REFERENCE_SHIFT, Rows, RowsView};
+pub(crate) use rows::{LINE_ROWS, REFERENCE_SHIFT, Rows, RowsView};
 pub(crate) use tier::Machine;
 pub use tier::Tier;
 #[cfg(test)]

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::block::{BLOCK_ROWS, TriangleBlock};
-use super::isa::Row;
+use super::isa::{Isa, Row};
 use super::node::{NODE_ROWS, Node};
 use super::pages::prefer_large_pages;
 
@@ -15,6 +15,9 @@ use super::pages::prefer_large_pages;
 const PADDING: usize = BLOCK_ROWS;
 
 const _: () = assert!(NODE_ROWS <= PADDING);
+
+/// Rows of a line of the processor's cache.
+pub(crate) const LINE_ROWS: usize = 2;
 
 /// Nodes and blocks in a list of rows.
 #[derive(Clone, Debug)]
@@ -119,9 +122,18 @@ impl<'a> RowsView<'a> {
         unsafe { &*self.rows.as_ptr().byte_add(reference * BYTES_A_STEP).cast() }
     }
 
-    /// Where about a row lies, in the line of the cache in which it begins: an address to be prefetched, whatever the reference.
+    /// Asks for the memory of the node or block to which this refers. Any reference is allowed.
     #[inline(always)]
-    pub(crate) fn address(self, reference: u32) -> *const Row {
+    pub(crate) fn prefetch<I: Isa>(self, isa: I, reference: u32) {
+        let first = self.address(reference);
+        for row in (0..BLOCK_ROWS).step_by(LINE_ROWS) {
+            isa.prefetch(first.wrapping_add(row));
+        }
+    }
+
+    /// Where about a row lies: somewhere in the line of the cache in which it begins.
+    #[inline(always)]
+    fn address(self, reference: u32) -> *const Row {
         self.rows.as_ptr().wrapping_byte_add((reference as usize).wrapping_mul(BYTES_A_STEP))
     }
 }

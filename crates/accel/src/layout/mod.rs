@@ -82,14 +82,13 @@ pub(crate) enum Stage {
 
 impl Stage {
     /// How many of the lowest bits of an encoded reference hold the stage.
-    pub(crate) const BITS: u32 = 2;
+    const BITS: u32 = REFERENCE_SHIFT;
     const MASK: u32 = (1 << Self::BITS) - 1;
 }
 
-const _: () = assert!(Stage::BITS == REFERENCE_SHIFT);
-
 const KIND_SHIFT: u32 = 29;
-const MAX_PLACE: u32 = (1 << (KIND_SHIFT - Stage::BITS)) - 1;
+/// The largest place of a primitive that is not a triangle.
+pub(crate) const MAX_PLACE: u32 = (1 << (KIND_SHIFT - Stage::BITS)) - 1;
 
 /// References to rows have places for so many.
 const MAX_ROWS: usize = 1 << (u32::BITS - Stage::BITS);
@@ -125,18 +124,14 @@ impl Child {
         }
     }
 
-    /// The first row of an encoded node or block.
-    fn row(encoded: u32) -> u32 {
-        encoded >> Stage::BITS
-    }
-
     /// What an encoded reference refers to; `None` for nothing.
     #[inline]
     pub(crate) fn decode(encoded: u32) -> Option<Self> {
-        let place = encoded >> Stage::BITS & MAX_PLACE;
+        let row = encoded >> Stage::BITS;
+        let place = row & MAX_PLACE;
         Some(match Self::stage(encoded) {
-            Stage::Node => Self::Node(Self::row(encoded)),
-            Stage::Block => Self::Block(Self::row(encoded)),
+            Stage::Node => Self::Node(row),
+            Stage::Block => Self::Block(row),
             Stage::Other => match encoded >> KIND_SHIFT {
                 0 => Self::Patch(place),
                 1 => Self::Quadric(place),

@@ -5,7 +5,7 @@ use sahl_math::{Bounds3, Vec3};
 use super::Weights;
 use super::mesh::MovingTriangle;
 use crate::build::{self, Extent, Reference};
-use crate::kernel::{BLOCK_ROWS, Isa, Machine, NODE_ROWS, Row};
+use crate::kernel::{BLOCK_ROWS, Isa, Machine, NODE_ROWS, Row, RowsView};
 use crate::layout::{self, Child, MovedLeaf, MovedPrimitives, WideTree, WideTrees};
 use crate::options::BuildOptions;
 use crate::primitive::Item;
@@ -59,16 +59,33 @@ impl MovingTree {
         self.ends.iter().map(WideTrees::bytes).sum()
     }
 
-    /// A node at a time.
+    /// The nodes and blocks as they are at a time.
     #[inline(always)]
-    pub(super) fn node<I: Isa>(&self, isa: I, reference: u32, weights: Weights) -> [Row; NODE_ROWS] {
-        weights.rows(isa, self.ends[0].view().node(reference).0, self.ends[1].view().node(reference).0)
+    pub(super) fn at(&self, time: f32) -> RowsAtTime<'_> {
+        let [open, close] = &self.ends;
+        RowsAtTime { open: open.view(), close: close.view(), weights: Weights::at(time) }
+    }
+}
+
+/// Nodes and blocks at a time.
+#[derive(Clone, Copy)]
+pub(super) struct RowsAtTime<'a> {
+    open: RowsView<'a>,
+    close: RowsView<'a>,
+    weights: Weights,
+}
+
+impl RowsAtTime<'_> {
+    /// The node to whose first row this refers.
+    #[inline(always)]
+    pub(super) fn node<I: Isa>(self, isa: I, reference: u32) -> [Row; NODE_ROWS] {
+        self.weights.rows(isa, self.open.node(reference).0, self.close.node(reference).0)
     }
 
-    /// A block at a time.
+    /// The block to whose first row this refers.
     #[inline(always)]
-    pub(super) fn block<I: Isa>(&self, isa: I, reference: u32, weights: Weights) -> [Row; BLOCK_ROWS] {
-        weights.rows(isa, self.ends[0].view().block(reference).0, self.ends[1].view().block(reference).0)
+    pub(super) fn block<I: Isa>(self, isa: I, reference: u32) -> [Row; BLOCK_ROWS] {
+        self.weights.rows(isa, self.open.block(reference).0, self.close.block(reference).0)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Traversal of a moving mesh by one ray.
 
-use super::{MovingTree, Weights};
+use super::MovingTree;
 use crate::kernel::{EXIT_WIDENING, Isa, Node, Task, TriangleBlock};
 use crate::layout::{Child, Stage};
 use crate::traverse::{Counter, PreparedRay, Search, Stack, offer_block};
@@ -22,14 +22,14 @@ impl<S: Search, C: Counter, const N: usize> Task for MovingWalk<'_, S, C, N> {
     fn run<I: Isa>(self, isa: I) -> bool {
         let Self { tree, ray, search, counter } = self;
         let Some(mut child) = tree.tree.root else { return false };
-        let weights = Weights::at(ray.ray().time);
+        let rows = tree.at(ray.ray().time);
         let mut stack = Stack::<N>::empty();
         let mut reach = search.limit() * EXIT_WIDENING;
         loop {
             match Child::stage(child) {
                 Stage::Node => {
                     counter.node();
-                    let node = tree.node(isa, child, weights);
+                    let node = rows.node(isa, child);
                     if S::NARROWS {
                         stack.push_children::<I, true>(isa, Node(&node), ray, reach);
                     } else {
@@ -37,7 +37,7 @@ impl<S: Search, C: Counter, const N: usize> Task for MovingWalk<'_, S, C, N> {
                     }
                 }
                 Stage::Block => {
-                    let block = tree.block(isa, child, weights);
+                    let block = rows.block(isa, child);
                     if offer_block(isa, TriangleBlock(&block), ray, (&mut *search, &mut *counter)) {
                         return true;
                     }

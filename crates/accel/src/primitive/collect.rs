@@ -10,11 +10,14 @@ use crate::geometry::patch::{self, PatchKind};
 use crate::geometry::quadric::Quadric;
 use crate::instance::PlacedGroup;
 use crate::kernel::prefer_large_pages;
+use crate::layout::MAX_PLACE;
 use crate::motion::MovingMesh;
 use crate::world::{CurveSet, Geometry, MovingTriangleMesh, PatchMesh, TriangleMesh, World};
 
 /// Primitives beyond this count are dropped: in full leaves, there are places for the rows of so many, see [`crate::layout`].
 const MAX_PRIMITIVES: usize = 1 << 27;
+
+const _: () = assert!(MAX_PRIMITIVES - 1 <= MAX_PLACE as usize);
 
 /// How many primitives one task prepares.
 const CHUNK: usize = 1 << 12;

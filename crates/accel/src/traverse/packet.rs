@@ -17,7 +17,7 @@ use super::stream::{Query, Stream};
 use super::wide::{Scene, Walk, visit_block, visit_other};
 use super::{Nearest, NoCount, PreparedRay, limit_of};
 use crate::kernel::{
-    BLOCK_ROWS, BUNDLE_RAYS, Beam, BeamEdges, BeamVertices, BundledBlock, CrossedPairs, Frustum, Isa, Lanes,
+    BUNDLE_RAYS, Beam, BeamEdges, BeamVertices, BundledBlock, CrossedPairs, Frustum, Isa, LINE_ROWS, Lanes,
     Loaded, MAX_GROUPS, Machine, Node, Order, RayBundle, Row, Task, TriangleBlock, WIDTH, Window,
 };
 use crate::layout::{Child, Stage, WideTree};
@@ -78,9 +78,6 @@ impl<Q: Query<Search = Nearest>, const N: usize> Task for Packets<'_, Q, N> {
         }
     }
 }
-
-/// Rows of a line of the processor's cache.
-const LINE_ROWS: usize = 2;
 
 /// Asks for the memory of the next packet.
 #[inline(always)]
@@ -397,10 +394,7 @@ impl<const N: usize> PacketStack<N> {
         self.parents[place..place + WIDTH].fill(child);
         self.height += pushed;
         for entry in &self.children[place..(place + pushed).min(N)] {
-            let first = scene.trees.address(entry.to_bits());
-            for row in (0..BLOCK_ROWS).step_by(LINE_ROWS) {
-                isa.prefetch(first.wrapping_add(row));
-            }
+            scene.trees.prefetch(isa, entry.to_bits());
         }
     }
 

@@ -161,74 +161,125 @@ impl<Q: Query, const N: usize> Task for Stream<'_, Q, N> {
         let Self { scene, root, rays, query } = self;
         query.begin(0..rays.len());
         let mut supply = Supply::new(isa, rays);
-        let mut waiting = Waiting::default();
         // Filled for as many rays as there are. Reached through references, because to ask each in its memory whether it is there is one
         // more load a step.
         let mut memory: [Option<Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
-        let mut slots: [Option<&mut Slot<Q::Search, N>>; SLOTS] = [const { None }; SLOTS];
+        let slots: &mut Slots<'_, Q::Search, N> = &mut [const { None }; SLOTS];
+        let mut loops = Loops { scene, waiting: Waiting::default() };
         for (place, (slot, memory)) in slots.iter_mut().zip(&mut memory).enumerate() {
             if let Some(ray) = supply.next(isa) {
                 *slot = Some(memory.insert(Slot::new(ray, query, root)));
-                waiting.join(root, place);
+                loops.waiting.join(root, place);
             }
         }
         // Each set is taken a loop before the one that works on it: the processor need not wait for the last of a loop to know the next.
-        let mut blocks = waiting.take_blocks();
-        while waiting != Waiting::default() || blocks != SlotSet::default() {
-            let nodes = waiting.take_nodes();
-            // First for all whether the ray's line passes through a triangle: a branch on it cannot be predicted, and would make the
-            // processor wait for each.
-            let mut crossed = SlotSet::default();
-            for place in blocks {
-                let Some(slot) = &mut slots[place] else { continue };
-                crossed.insert_if(slot.cross_block(isa, scene), place);
-            }
-            // What comes next is taken from a stack when another ray's node has been tested: by then what was pushed has gone through
-            // memory.
-            let mut tested = None;
-            for place in nodes {
-                if let Some(slot) = &mut slots[place] {
-                    slot.test_node(isa, scene);
-                }
-                if let Some(before) = tested.replace(place)
-                    && let Some(slot) = &mut slots[before]
-                {
-                    waiting.join(slot.go_on(isa, scene), before);
-                }
-            }
-            if let Some(last) = tested
-                && let Some(slot) = &mut slots[last]
-            {
-                waiting.join(slot.go_on(isa, scene), last);
-            }
-            let rare = waiting.take_rare();
+        let mut blocks = loops.waiting.take_blocks();
+        while loops.waiting != Waiting::default() || blocks != SlotSet::default() {
+            let nodes = loops.waiting.take_nodes();
+            let crossed = loops.cross_blocks(isa, slots, blocks);
+            loops.test_nodes(isa, slots, nodes);
+            let rare = loops.waiting.take_rare();
             for place in blocks.without(crossed) {
-                let Some(slot) = &mut slots[place] else { continue };
-                waiting.join(slot.go_on(isa, scene), place);
+                loops.go_on(isa, slots, place);
             }
-            for place in crossed {
-                let Some(slot) = &mut slots[place] else { continue };
-                let ended = slot.intersect_block(isa, scene);
-                slot.after_leaf(isa, ended);
-                waiting.join(slot.go_on(isa, scene), place);
-            }
-            blocks = waiting.take_blocks();
+            loops.intersect_blocks(isa, slots, crossed);
+            blocks = loops.waiting.take_blocks();
             for place in rare {
                 let Some(slot) = &mut slots[place] else { continue };
                 if Child::stage(slot.child) == Stage::Other {
-                    let search = (&mut slot.search, &mut NoCount);
-                    let ended = visit_other::<I, _, _, N>(isa, scene, slot.child, &slot.ray, search);
-                    slot.after_leaf(isa, ended);
-                    waiting.join(slot.go_on(isa, scene), place);
+                    slot.test_other(isa, scene);
+                    loops.go_on(isa, slots, place);
                     continue;
                 }
                 query.finish(slot.place, &slot.search, slot.ended);
                 if let Some((ray_place, ray)) = supply.next(isa) {
                     isa.prefetch(rays.as_ptr().wrapping_add(ray_place + SLOTS).cast());
                     slot.restart((ray_place, ray), query, root);
-                    waiting.join(root, place);
+                    loops.waiting.join(root, place);
                 }
             }
+        }
+    }
+}
+
+/// The rays in flight.
+type Slots<'a, S, const N: usize> = [Option<&'a mut Slot<S, N>>; SLOTS];
+
+/// What the loops over slots share. Apart from the slots, so that it stays in registers.
+struct Loops<'a> {
+    scene: Scene<'a>,
+    waiting: Waiting,
+}
+
+impl Loops<'_> {
+    /// Finds for rays before blocks whether their lines pass through a triangle; returns those that do.
+    ///
+    /// First for all: a branch on it cannot be predicted, and would make the processor wait for each.
+    #[inline(always)]
+    fn cross_blocks<I: Isa, S: Search, const N: usize>(
+        &self,
+        isa: I,
+        slots: &mut Slots<'_, S, N>,
+        blocks: SlotSet,
+    ) -> SlotSet {
+        let mut crossed = SlotSet::default();
+        for place in blocks {
+            let Some(slot) = &mut slots[place] else { continue };
+            crossed.insert_if(slot.cross_block(isa, self.scene), place);
+        }
+        crossed
+    }
+
+    /// Tests the triangles of blocks through which their rays' lines pass.
+    #[inline(always)]
+    fn intersect_blocks<I: Isa, S: Search, const N: usize>(
+        &mut self,
+        isa: I,
+        slots: &mut Slots<'_, S, N>,
+        crossed: SlotSet,
+    ) {
+        for place in crossed {
+            if let Some(slot) = &mut slots[place] {
+                slot.intersect_block(isa, self.scene);
+            }
+            self.go_on(isa, slots, place);
+        }
+    }
+
+    /// Tests the nodes before which rays wait.
+    ///
+    /// What comes next is taken from a stack when another ray's node has been tested: by then what was pushed has gone through memory.
+    #[inline(always)]
+    fn test_nodes<I: Isa, S: Search, const N: usize>(
+        &mut self,
+        isa: I,
+        slots: &mut Slots<'_, S, N>,
+        nodes: SlotSet,
+    ) {
+        let mut tested = None;
+        for place in nodes {
+            if let Some(slot) = &mut slots[place] {
+                slot.test_node(isa, self.scene);
+            }
+            if let Some(before) = tested.replace(place) {
+                self.go_on(isa, slots, before);
+            }
+        }
+        if let Some(last) = tested {
+            self.go_on(isa, slots, last);
+        }
+    }
+
+    /// Lets a ray wait for what is on top of its stack.
+    #[inline(always)]
+    fn go_on<I: Isa, S: Search, const N: usize>(
+        &mut self,
+        isa: I,
+        slots: &mut Slots<'_, S, N>,
+        place: usize,
+    ) {
+        if let Some(slot) = &mut slots[place] {
+            self.waiting.join(slot.go_on(isa, self.scene), place);
         }
     }
 }
@@ -309,12 +360,21 @@ impl<S: Search, const N: usize> Slot<S, N> {
         scene.trees.block(self.child).cross(isa, &self.ray, &mut self.crossed)
     }
 
-    /// Tests the triangles through which the ray's line passes; returns whether the search is over.
+    /// Tests the triangles through which the ray's line passes.
     #[inline(always)]
-    fn intersect_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> bool {
+    fn intersect_block<I: Isa>(&mut self, isa: I, scene: Scene<'_>) {
         let block = scene.trees.block(self.child);
         let crossed = (&self.crossed, self.search.limit());
-        block.intersect_crossed(isa, &self.ray, crossed, |hit| self.search.offer(hit.into()))
+        let ended = block.intersect_crossed(isa, &self.ray, crossed, |hit| self.search.offer(hit.into()));
+        self.after_leaf(isa, ended);
+    }
+
+    /// Tests a primitive that is not a triangle.
+    #[inline(always)]
+    fn test_other<I: Isa>(&mut self, isa: I, scene: Scene<'_>) {
+        let search = (&mut self.search, &mut NoCount);
+        let ended = visit_other::<I, _, _, N>(isa, scene, self.child, &self.ray, search);
+        self.after_leaf(isa, ended);
     }
 
     /// Drops what a leaf has made superfluous.
@@ -336,10 +396,7 @@ impl<S: Search, const N: usize> Slot<S, N> {
     #[inline(always)]
     fn go_on<I: Isa>(&mut self, isa: I, scene: Scene<'_>) -> u32 {
         self.child = self.stack.pop();
-        let first = scene.trees.address(self.child);
-        for row in [0, 2, 4, 6, 8] {
-            isa.prefetch(first.wrapping_add(row));
-        }
+        scene.trees.prefetch(isa, self.child);
         self.child
     }
 }
