@@ -8,6 +8,7 @@ mod packet;
 mod search;
 mod stack;
 mod stream;
+mod waiting;
 mod wide;
 
 pub(crate) use crate::kernel::{PreparedRay, limit_of};
